@@ -1,0 +1,66 @@
+"""The errors MeshCone raises on purpose.
+
+Each carries a *public* message, written for the person who sent the file, and a
+``kind`` that says whose turn it is: ``input`` and ``limit`` are for the sender,
+``infeasible`` for whoever chose the options, ``timeout`` and ``internal`` for the
+operator.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+ErrorKind = Literal["input", "limit", "infeasible", "timeout", "internal"]
+
+
+class MeshConeError(Exception):
+    """Base of every error with a public message.
+
+    Args:
+        message: one sentence, free of paths and stack frames: what was found and what
+            was expected.
+        file: the name of the sent file it concerns, if it concerns one.
+        place: where in that file: a JSON pointer or ``line 12``.
+    """
+
+    kind: ClassVar[ErrorKind] = "internal"
+
+    def __init__(self, message: str, *, file: str | None = None, place: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.file = file
+        self.place = place
+
+    def __str__(self) -> str:
+        where = ", ".join(part for part in (self.file, self.place) if part)
+        return f"{where}: {self.message}" if where else self.message
+
+
+class InputError(MeshConeError):
+    """The file or the options cannot be used as they are."""
+
+    kind = "input"
+
+
+class LimitError(MeshConeError):
+    """The file is larger, deeper or longer than this installation accepts."""
+
+    kind = "limit"
+
+
+class InfeasibleError(MeshConeError):
+    """The requested constraints contradict each other: no mesh satisfies them all."""
+
+    kind = "infeasible"
+
+
+class SolveTimeoutError(MeshConeError):
+    """The time allowed for the job ran out before the program was solved."""
+
+    kind = "timeout"
+
+
+class InternalError(MeshConeError):
+    """A fault of ours: the file is not to blame."""
+
+    kind = "internal"

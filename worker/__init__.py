@@ -1,0 +1,1 @@
+"""The RQ side: broker, blobs, ledger, queue and the task."""
