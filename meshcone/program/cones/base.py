@@ -1,0 +1,71 @@
+"""What every kind of constraint says about itself.
+
+A constraint kind is a family of ``k`` cones of one type and dimension, each touching a
+few vertices. It knows how to evaluate its slack from positions, without a matrix, and
+how to write the rows of any subset of its cones; everything above (assembly, active
+sets, certificate, tension) works from these two.
+"""
+
+from __future__ import annotations
+
+import abc
+from typing import ClassVar, Literal
+
+import numpy as np
+from scipy import sparse
+
+from meshcone.surface.arrays import Floats, Ints
+
+ConeType = Literal["zero", "linear", "second_order"]
+
+
+class ConeFamily(abc.ABC):
+    """A family of ``k`` constraints ``b − A x ∈ K`` of the same kind.
+
+    Attributes:
+        kind: the name a user asks for it by.
+        cone: which cone every slack lies in.
+        dimension: rows per cone.
+        vertices: (k, v) the vertices each cone touches.
+    """
+
+    kind: ClassVar[str]
+    cone: ClassVar[ConeType]
+    dimension: ClassVar[int]
+    vertices: Ints
+
+    def __len__(self) -> int:
+        """Return the number of cones in the family."""
+        return len(self.vertices)
+
+    @abc.abstractmethod
+    def slack(self, positions: Floats) -> Floats:
+        """Evaluate ``b − A x`` at positions (n, 3), as (k, dimension)."""
+
+    @abc.abstractmethod
+    def rows(self, which: Ints, vertex_count: int) -> tuple[sparse.csr_array, Floats]:
+        """Write the rows of the chosen cones.
+
+        Args:
+            which: (j,) indices of cones in this family.
+            vertex_count: n; the variable is the positions' 3n coordinates, vertex by vertex.
+
+        Returns:
+            A of shape (j·dimension, 3n) and b of shape (j·dimension,).
+        """
+
+    def violation(self, positions: Floats) -> Floats:
+        """Return how far each slack lies outside its cone, (k,), 0 where it lies inside."""
+        return cone_violation(self.cone, self.slack(positions))
+
+
+def cone_violation(cone: ConeType, slack: Floats) -> Floats:
+    """Measure how far slacks (k, d) lie outside the cone, in the unit of the slack, (k,).
+
+    For the second-order cone this is ``‖u‖ − t``, the length by which a cap is exceeded.
+    """
+    if cone == "zero":
+        return np.asarray(np.abs(slack).max(axis=1, initial=0.0))
+    if cone == "linear":
+        return np.asarray(np.maximum(-slack, 0).max(axis=1, initial=0.0))
+    return np.asarray(np.maximum(np.linalg.norm(slack[:, 1:], axis=1) - slack[:, 0], 0))

@@ -1,0 +1,172 @@
+"""Which reference point each vertex is pulled to, and which sample pulls at what.
+
+Chosen anew between rounds from the positions of the round before. Everything here is
+deterministic given the seed, so that a certificate's data can be rebuilt from the files.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from meshcone.options import SurfaceOptions
+from meshcone.program.surface_objective import PlanePull, SurfaceObjective, SurfacePoints
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.closest import barycentric_weights
+
+# A vertex whose normal opposes the closest face's belongs to the other side of a thin
+# part: it counts for little rather than for nothing, which keeps the system definite.
+_OPPOSED_WEIGHT = 0.02
+# The first round still sees noisy normals: only clear opposition counts.
+_FIRST_ROUND_OPPOSITION = -0.5
+# A sample farther from the source than this many median distances (plus a floor in the
+# unit sphere) has no counterpart there: a hole, a missing part.
+_REACH_IN_MEDIANS = 4.0
+_REACH_FLOOR = 0.02
+_FAIRNESS_FLOOR = 1e-4
+_SAMPLES_PER_VERTEX = 2
+_FEWEST_SAMPLES = 2000
+
+
+@dataclass(frozen=True)
+class PreparedReference:
+    """The reference with what every round asks of it.
+
+    Attributes:
+        tree: closest points on it.
+        points: (k, 3) samples of it: on its faces and at its vertices.
+        normals: (k, 3) their normals.
+    """
+
+    tree: SurfaceTree
+    points: Floats
+    normals: Floats
+
+    @staticmethod
+    def of(reference: Mesh, source_vertices: int, seed: int) -> PreparedReference:
+        """Sample the reference about twice as densely as the source has vertices.
+
+        Its own vertices are among the samples: they are where corners are.
+        """
+        count = max(_SAMPLES_PER_VERTEX * source_vertices, _FEWEST_SAMPLES)
+        samples = sample_surface(reference, count, seed)
+        chosen = np.unique(reference.faces)
+        if len(chosen) > count:
+            chosen = np.random.default_rng(seed).choice(chosen, count, replace=False)
+        return PreparedReference(
+            tree=SurfaceTree(reference),
+            points=np.concatenate([samples.points, reference.vertices[chosen]]),
+            normals=np.concatenate([samples.normals, reference.vertex_normals[chosen]]),
+        )
+
+
+@dataclass(frozen=True)
+class SourceStructure:
+    """What stays of the source through all rounds.
+
+    Attributes:
+        laplacian: (n, n) uniform Laplacian: each vertex minus the mean of its neighbours.
+        orientation: 1, or −1 where the source is inside out against the reference.
+        noisiness: (n,) share, 0 to 1, in which fairness acts at each vertex: the squared
+            ratio of its neighbourhood's distance from the reference to its edge length.
+    """
+
+    laplacian: sparse.csr_array
+    orientation: float
+    noisiness: Floats
+
+    @staticmethod
+    def of(source: Mesh, reference: PreparedReference, noise_scale: float) -> SourceStructure:
+        """Measure the input against the reference."""
+        count, edges = len(source.vertices), source.edges
+        degree = np.maximum(np.bincount(edges.ravel(), minlength=count), 1)
+        ends = np.concatenate([edges, edges[:, ::-1]])
+        adjacency = sparse.coo_array(
+            (np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)
+        ).tocsr()
+        lengths = np.bincount(edges.ravel(), np.repeat(source.edge_lengths, 2), minlength=count)
+        closest = reference.tree.closest(source.vertices)
+        normals = reference.tree.mesh.face_normals[closest.faces]
+        agreement = row_dot(source.vertex_normals, normals)
+        nearby = (adjacency @ closest.distances + closest.distances) / (degree + 1)
+        scale = np.maximum(noise_scale * lengths / degree, 1e-12)
+        laplacian = sparse.eye_array(count) - sparse.diags_array(1 / degree) @ adjacency
+        return SourceStructure(
+            laplacian=laplacian.tocsr(),
+            orientation=1.0 if agreement.mean() >= 0 else -1.0,
+            noisiness=np.minimum(1, (nearby / scale) ** 2) + _FAIRNESS_FLOOR,
+        )
+
+
+def round_objective(
+    round_index: int,
+    moving: Mesh,
+    reference: PreparedReference,
+    structure: SourceStructure,
+    options: SurfaceOptions,
+) -> SurfaceObjective:
+    """Build a round's objective from the positions of the round before.
+
+    Args:
+        round_index: 0 for the first round, which uses no reverse term: the input is too
+            rough for samples of the reference to know where on it they belong.
+        moving: the source where the previous round left it, in the reference's frame.
+        reference: the prepared reference.
+        structure: what stays of the source.
+        options: weights and schedule.
+    """
+    closest = reference.tree.closest(moving.vertices)
+    normals = reference.tree.mesh.face_normals[closest.faces]
+    agreement = structure.orientation * row_dot(moving.vertex_normals, normals)
+    opposed = agreement < (_FIRST_ROUND_OPPOSITION if round_index == 0 else 0)
+    forward = PlanePull(
+        weights=np.where(opposed, _OPPOSED_WEIGHT, 1.0),
+        normals=normals,
+        targets=closest.points,
+        tangential=options.tangential,
+    )
+    backward: PlanePull | None = None
+    carried: SurfacePoints | None = None
+    if round_index > 0 and options.reverse > 0:
+        reach = _REACH_IN_MEDIANS * float(np.median(closest.distances)) + _REACH_FLOOR
+        backward, carried = _reverse_term(moving, reference, structure, options, reach)
+    return SurfaceObjective(
+        forward=forward,
+        backward=backward,
+        carried=carried,
+        previous=moving.vertices,
+        proximity=options.proximity,
+        laplacian=structure.laplacian,
+        fairness=options.fairness[round_index] * structure.noisiness,
+    )
+
+
+def _reverse_term(
+    moving: Mesh,
+    reference: PreparedReference,
+    structure: SourceStructure,
+    options: SurfaceOptions,
+    reach: float,
+) -> tuple[PlanePull, SurfacePoints]:
+    on_source = SurfaceTree(moving).closest(reference.points)
+    facing = structure.orientation * row_dot(
+        moving.face_normals[on_source.faces], reference.normals
+    )
+    counted = np.flatnonzero((facing > 0) & (on_source.distances < reach))
+    faces = on_source.faces[counted]
+    weight = options.reverse * len(moving.vertices) / len(reference.points)
+    pull = PlanePull(
+        weights=np.full(len(counted), weight),
+        normals=reference.normals[counted],
+        targets=reference.points[counted],
+        tangential=options.tangential,
+    )
+    carried = SurfacePoints(
+        corners=moving.faces[faces],
+        weights=barycentric_weights(on_source.points[counted], moving, faces),
+        vertex_count=len(moving.vertices),
+    )
+    return pull, carried

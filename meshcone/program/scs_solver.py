@@ -1,0 +1,163 @@
+"""Solving a cone program with SCS, keeping everything it says about the run."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scs
+
+from meshcone.errors import InfeasibleError, InternalError, SolveTimeoutError
+from meshcone.options import SolverOptions
+from meshcone.program.conic import ConicProgram
+from meshcone.surface.arrays import Floats
+
+History = dict[str, list[float]]
+
+# What SCS logs per iteration in more than forty columns; these are the ones that say
+# how the run went (SCS documentation, "Return information").
+_HISTORY_COLUMNS = ("iter", "res_pri", "res_dual", "gap", "pobj", "dobj", "scale", "time")
+
+
+@dataclass(frozen=True)
+class PrimalDual:
+    """A point of the program and its multipliers.
+
+    Attributes:
+        x: (3n,) positions.
+        y: (m,) dual variables, one a row of A.
+        s: (m,) slacks.
+    """
+
+    x: Floats
+    y: Floats
+    s: Floats
+
+
+@dataclass(frozen=True)
+class SolveInfo:
+    """What SCS reports of one solve; residuals are its own, absolute, ∞-norm.
+
+    Attributes:
+        status: SCS's words, ``solved`` when both tolerances are met.
+        solved: whether it met them.
+        iterations: ADMM iterations.
+        primal_residual, dual_residual, gap: at the last iteration.
+        primal_objective, dual_objective: including the objective's constant.
+        linear_solver: the linear system solver that was used.
+        setup_seconds, solve_seconds: wall time inside SCS.
+    """
+
+    status: str
+    solved: bool
+    iterations: int
+    primal_residual: float
+    dual_residual: float
+    gap: float
+    primal_objective: float
+    dual_objective: float
+    linear_solver: str
+    setup_seconds: float
+    solve_seconds: float
+
+
+@dataclass(frozen=True)
+class ScsRun:
+    """A finished solve."""
+
+    solution: PrimalDual
+    info: SolveInfo
+    history: History
+
+
+def solve(
+    program: ConicProgram, options: SolverOptions, warm_start: PrimalDual | None = None
+) -> ScsRun:
+    """Solve a program with SCS.
+
+    A run that ends at its iteration limit is returned with ``info.solved`` false: it is
+    the caller's to say so.
+
+    Args:
+        program: at least one cone.
+        options: tolerance, limits and the linear solver.
+        warm_start: where to start from; all of x, y and s must match the program.
+
+    Raises:
+        InfeasibleError: the constraints contradict each other.
+        SolveTimeoutError: the time limit passed before the tolerance was met.
+        InternalError: SCS could not work on the program at all.
+    """
+    with tempfile.TemporaryDirectory(prefix="meshcone-scs-") as directory:
+        log = Path(directory) / "iterations.csv"
+        # SCS announces its log file on sys.stdout whatever `verbose` says.
+        with contextlib.redirect_stdout(io.StringIO()):
+            result = _run(program, options, warm_start, log)
+        history = _read_history(log)
+    info = result["info"]
+    _check_status(info, options)
+    return ScsRun(
+        solution=PrimalDual(np.asarray(result["x"]), np.asarray(result["y"]), result["s"]),
+        info=SolveInfo(
+            status=str(info["status"]),
+            solved=info["status_val"] == scs.SOLVED,
+            iterations=int(info["iter"]),
+            primal_residual=float(info["res_pri"]),
+            dual_residual=float(info["res_dual"]),
+            gap=float(info["gap"]),
+            primal_objective=float(info["pobj"]) + program.constant,
+            dual_objective=float(info["dobj"]) + program.constant,
+            linear_solver=str(info["lin_sys_solver"]),
+            setup_seconds=float(info["setup_time"]) / 1e3,
+            solve_seconds=float(info["solve_time"]) / 1e3,
+        ),
+        history=history,
+    )
+
+
+def _run(
+    program: ConicProgram, options: SolverOptions, warm_start: PrimalDual | None, log: Path
+) -> dict[str, Any]:
+    solver = scs.SCS(
+        {"P": program.P, "A": program.A, "b": program.b, "c": program.c},
+        program.cones,
+        linear_solver=scs.LinearSolver(options.linear_solver),
+        eps_abs=options.tolerance,
+        eps_rel=options.tolerance,
+        max_iters=options.max_iterations,
+        time_limit_secs=options.time_limit,
+        log_csv_filename=str(log),
+        verbose=False,
+    )
+    start = None if warm_start is None else vars(warm_start)
+    result: dict[str, Any] = solver.solve(warm_start=start is not None, **(start or {}))
+    return result
+
+
+def _check_status(info: dict[str, Any], options: SolverOptions) -> None:
+    status = info["status_val"]
+    if status in (scs.INFEASIBLE, scs.INFEASIBLE_INACCURATE):
+        raise InfeasibleError("the requested constraints contradict each other")
+    if status == scs.SOLVED_INACCURATE and "time_limit" in str(info["status"]):
+        raise SolveTimeoutError(f"the solver did not finish within {options.time_limit:g} s")
+    if status not in (scs.SOLVED, scs.SOLVED_INACCURATE):
+        raise InternalError(f"the solver gave up: {info['status']}")
+
+
+def _read_history(log: Path) -> History:
+    with log.open(newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    return {name: [_finite(row[name]) for row in rows] for name in _HISTORY_COLUMNS}
+
+
+def _finite(text: str) -> float:
+    """Read a logged number; SCS logs nan and inf before it has an estimate, JSON has neither."""
+    value = float(text)
+    return value if math.isfinite(value) else math.copysign(1e300, value)

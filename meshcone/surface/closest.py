@@ -1,0 +1,67 @@
+"""Exact closest points on a triangle mesh, by libigl's axis-aligned bounding box tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class ClosestPoints:
+    """The answer to a closest-point query, one row per query point.
+
+    Attributes:
+        distances: (k,) Euclidean distances.
+        faces: (k,) index of the closest face.
+        points: (k, 3) the closest points themselves.
+    """
+
+    distances: Floats
+    faces: Ints
+    points: Floats
+
+
+class SurfaceTree:
+    """A mesh prepared for closest-point queries."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Build the tree; O(m log m) in the number of faces."""
+        self.mesh = mesh
+        self._tree = igl.AABB()
+        self._tree.init(mesh.vertices, mesh.faces)
+
+    def closest(self, points: Floats) -> ClosestPoints:
+        """Find the closest point of the mesh to each of (k, 3) points."""
+        squared, faces, closest = self._tree.squared_distance(
+            self.mesh.vertices, self.mesh.faces, np.ascontiguousarray(points)
+        )
+        distances = np.sqrt(np.maximum(np.atleast_1d(squared), 0))
+        return ClosestPoints(distances, np.atleast_1d(faces), np.reshape(closest, (-1, 3)))
+
+
+def barycentric_weights(points: Floats, mesh: Mesh, faces: Ints) -> Floats:
+    """Barycentric coordinates (k, 3) of points that lie on the given faces of a mesh.
+
+    Coordinates are clipped to the triangle and sum to one; a face without area gives
+    its corners equal weight.
+    """
+    corners = mesh.vertices[mesh.faces[faces]]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    offset = points - corners[:, 0]
+    d00 = np.einsum("ij,ij->i", first, first)
+    d01 = np.einsum("ij,ij->i", first, second)
+    d11 = np.einsum("ij,ij->i", second, second)
+    d20 = np.einsum("ij,ij->i", offset, first)
+    d21 = np.einsum("ij,ij->i", offset, second)
+    determinant = d00 * d11 - d01 * d01
+    flat = determinant <= 1e-14 * d00 * d11
+    safe = np.where(flat, 1.0, determinant)
+    v = np.where(flat, 1 / 3, (d11 * d20 - d01 * d21) / safe)
+    w = np.where(flat, 1 / 3, (d00 * d21 - d01 * d20) / safe)
+    weights = np.stack([1 - v - w, v, w], axis=1).clip(0, 1)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))

@@ -1,0 +1,82 @@
+"""A triangle mesh as arrays, with what follows from it computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from meshcone.surface.arrays import Floats, Ints, normalized
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """An indexed triangle mesh.
+
+    Attributes:
+        vertices: (n, 3) positions, in whatever unit the caller works in.
+        faces: (m, 3) vertex indices, counter-clockwise seen from outside.
+    """
+
+    vertices: Floats
+    faces: Ints
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
+        object.__setattr__(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int64))
+
+    def moved_to(self, vertices: Floats) -> Mesh:
+        """Return the mesh with the same faces over other positions (n, 3)."""
+        moved = Mesh(vertices, self.faces)
+        if "edges" in self.__dict__:
+            moved.__dict__["edges"] = self.edges
+        return moved
+
+    @cached_property
+    def edges(self) -> Ints:
+        """Undirected edges (e, 2), each once, smaller index first, in lexicographic order."""
+        ends = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
+        ends.sort(axis=1)
+        count = len(self.vertices)
+        keys = np.unique(ends[:, 0] * count + ends[:, 1])
+        edges = np.stack([keys // max(count, 1), keys % max(count, 1)], axis=1)
+        return np.asarray(edges[edges[:, 0] != edges[:, 1]], dtype=np.int64)
+
+    @cached_property
+    def edge_lengths(self) -> Floats:
+        """Length of each edge, (e,)."""
+        ends = self.vertices[self.edges]
+        return np.asarray(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
+
+    @cached_property
+    def corners(self) -> Floats:
+        """Corner positions of each face, (m, 3, 3)."""
+        return self.vertices[self.faces]
+
+    @cached_property
+    def doubled_area_vectors(self) -> Floats:
+        """Face normals scaled by twice the face's area, (m, 3)."""
+        corners = self.corners
+        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+    @cached_property
+    def face_areas(self) -> Floats:
+        """Area of each face, (m,)."""
+        return np.asarray(np.linalg.norm(self.doubled_area_vectors, axis=1) / 2)
+
+    @cached_property
+    def face_normals(self) -> Floats:
+        """Unit normal of each face, (m, 3); zero for a face without area."""
+        return normalized(self.doubled_area_vectors)
+
+    @cached_property
+    def vertex_normals(self) -> Floats:
+        """Unit area-weighted mean of the incident face normals, (n, 3)."""
+        count = len(self.vertices)
+        summed = np.empty((count, 3))
+        flat = self.faces.ravel()
+        for axis in range(3):
+            weights = np.repeat(self.doubled_area_vectors[:, axis], 3)
+            summed[:, axis] = np.bincount(flat, weights, minlength=count)
+        return normalized(summed)
