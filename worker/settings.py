@@ -1,0 +1,96 @@
+"""What an operator can set, read from ``MESHCONE_*`` environment variables.
+
+The environment is the only source: the API, each worker and each work horse read the
+same variables, so that no process can run with settings of its own.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import Field, ValidationError
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from meshcone.errors import InputError
+
+ENVIRONMENT_PREFIX = "MESHCONE_"
+Settings = TypeVar("Settings", bound=BaseSettings)
+
+
+class WorkerSettings(BaseSettings):
+    """Settings of everything behind the HTTP front end."""
+
+    model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, frozen=True)
+
+    redis_url: str | None = Field(
+        default=None,
+        description="broker, as redis://, rediss:// or unix://; `meshcone serve` brings its own",
+    )
+    data_dir: Path = Field(
+        default=Path("meshcone-data"), description="holds the embedded broker's data and the blobs"
+    )
+    blob_url: str | None = Field(
+        default=None,
+        description="object store for the files, such as s3://bucket/prefix; "
+        "by default the directory `blobs` in data_dir",
+    )
+    queue: str = Field(
+        default="meshcone",
+        pattern=r"^[\w-]+$",
+        description="name of the one RQ queue; RQ moves jobs reliably from a single queue only",
+    )
+    job_timeout: int = Field(default=900, ge=1, description="seconds one attempt of a job may take")
+    attempts: int = Field(
+        default=3,
+        ge=1,
+        le=3,
+        description="times a job is started before its worker's death fails it",
+    )
+    worker_ttl: int = Field(
+        default=30,
+        ge=20,
+        description="seconds after which a silent idle worker is presumed dead; RQ blocks on the "
+        "queue for 15 seconds less than this, and can act on nothing else meanwhile",
+    )
+    monitoring_interval: int = Field(
+        default=5,
+        ge=1,
+        description="seconds between heartbeats of a busy worker; a job whose worker died is "
+        "noticed this long plus a minute later",
+    )
+    maintenance_interval: int = Field(
+        default=30, ge=1, description="seconds between searches for jobs of dead workers"
+    )
+    result_ttl: int = Field(
+        default=60, ge=0, description="seconds RQ keeps its own record of a job that ended well"
+    )
+    failure_ttl: int = Field(
+        default=86_400, ge=0, description="seconds RQ keeps its own record of a job that failed"
+    )
+
+    def required_redis_url(self) -> str:
+        """The broker's URL.
+
+        Raises:
+            InputError: none is set.
+        """
+        if self.redis_url is None:
+            raise InputError(
+                "MESHCONE_REDIS_URL is not set; only `meshcone serve` brings a broker of its own"
+            )
+        return self.redis_url
+
+
+def load_settings(settings_class: type[Settings]) -> Settings:
+    """Read settings from the environment.
+
+    Raises:
+        InputError: naming the first variable that cannot be used.
+    """
+    try:
+        return settings_class()
+    except ValidationError as error:
+        first = error.errors()[0]
+        variable = ENVIRONMENT_PREFIX + "_".join(str(part) for part in first["loc"]).upper()
+        raise InputError(f"environment variable {variable}: {first['msg'].lower()}") from None
