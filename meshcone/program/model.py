@@ -6,27 +6,20 @@ and offered as ``centroid.form = "cvxpy"``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import contextlib
+import io
+import tempfile
+from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
 
+from meshcone.options import SolverOptions
 from meshcone.program.centroid import CentroidObjective
 from meshcone.program.cones import EdgeCaps
-
-
-@dataclass(frozen=True)
-class CompiledSizes:
-    """What a model compiles to, in the terms of the paper's table "SCS problem structure"."""
-
-    variables: int
-    constraints: int
-    zero: int
-    linear: int
-    second_order: int
-    cones: int
-    nnz_A: int
-    nnz_P: int
+from meshcone.program.diagnostics import ProgramSizes, RoundRecord
+from meshcone.program.scs_solver import check_status, read_history, record_of
+from meshcone.surface.arrays import Floats
 
 
 def centroid_model(objective: CentroidObjective, caps: EdgeCaps) -> tuple[cp.Problem, cp.Variable]:
@@ -38,17 +31,64 @@ def centroid_model(objective: CentroidObjective, caps: EdgeCaps) -> tuple[cp.Pro
     return cp.Problem(cp.Minimize(cost), [lengths <= caps.caps]), X
 
 
-def compiled_sizes(problem: cp.Problem) -> CompiledSizes:
-    """Compile a model for SCS and count."""
+def compiled_sizes(problem: cp.Problem) -> ProgramSizes:
+    """Compile a model for SCS and count, as the paper's table "SCS problem structure" does."""
     data, _, _ = problem.get_problem_data(cp.SCS)
     dims, A, P = data["dims"], data["A"], data["P"]
-    return CompiledSizes(
+    return ProgramSizes(
         variables=A.shape[1],
         constraints=A.shape[0],
         zero=dims.zero,
         linear=dims.nonneg,
         second_order=sum(dims.soc),
-        cones=len(dims.soc),
+        cones={EdgeCaps.kind: len(dims.soc)},
         nnz_A=A.nnz,
         nnz_P=P.nnz,
     )
+
+
+def solve_centroid_model(
+    objective: CentroidObjective, caps: EdgeCaps, options: SolverOptions, before: Floats
+) -> tuple[Floats, RoundRecord]:
+    """Solve the model by CVXPY with SCS.
+
+    Args:
+        objective: the paper's objective.
+        caps: the edges and their caps.
+        options: tolerance, limits and the linear solver.
+        before: (n, 3) positions the record's movement is counted from.
+
+    Returns:
+        The optimum X (n, 3) and the record of the solve.
+
+    Raises:
+        InfeasibleError, SolveTimeoutError, InternalError: as :func:`scs_solver.solve`.
+    """
+    problem, X = centroid_model(objective, caps)
+    with tempfile.TemporaryDirectory(prefix="meshcone-scs-") as directory:
+        log = Path(directory) / "iterations.csv"
+        with contextlib.redirect_stdout(io.StringIO()):
+            problem.solve(
+                solver=cp.SCS,
+                eps_abs=options.tolerance,
+                eps_rel=options.tolerance,
+                max_iters=options.max_iterations,
+                time_limit_secs=options.time_limit,
+                linear_solver=options.linear_solver,
+                log_csv_filename=str(log),
+            )
+        history = read_history(log)
+    info = problem.solver_stats.extra_stats["info"]
+    check_status(info, options)
+    optimum = np.asarray(X.value)
+    multipliers = np.asarray(problem.constraints[0].dual_value)
+    record = RoundRecord(
+        round=1,
+        sizes=compiled_sizes(problem),
+        info=record_of(info, constant=0.0),
+        active_cones={EdgeCaps.kind: int(np.count_nonzero(multipliers > 1e-6))},
+        largest_violation=float(caps.violation(optimum).max(initial=0)),
+        movement=float(np.sqrt(np.mean(np.sum((optimum - before) ** 2, axis=1)))),
+        history=history,
+    )
+    return optimum, record

@@ -17,9 +17,8 @@ import scs
 from meshcone.errors import InfeasibleError, InternalError, SolveTimeoutError
 from meshcone.options import SolverOptions
 from meshcone.program.conic import ConicProgram
+from meshcone.program.diagnostics import SolveRecord
 from meshcone.surface.arrays import Floats
-
-History = dict[str, list[float]]
 
 # What SCS logs per iteration in more than forty columns; these are the ones that say
 # how the run went (SCS documentation, "Return information").
@@ -42,39 +41,12 @@ class PrimalDual:
 
 
 @dataclass(frozen=True)
-class SolveInfo:
-    """What SCS reports of one solve; residuals are its own, absolute, ∞-norm.
-
-    Attributes:
-        status: SCS's words, ``solved`` when both tolerances are met.
-        solved: whether it met them.
-        iterations: ADMM iterations.
-        primal_residual, dual_residual, gap: at the last iteration.
-        primal_objective, dual_objective: including the objective's constant.
-        linear_solver: the linear system solver that was used.
-        setup_seconds, solve_seconds: wall time inside SCS.
-    """
-
-    status: str
-    solved: bool
-    iterations: int
-    primal_residual: float
-    dual_residual: float
-    gap: float
-    primal_objective: float
-    dual_objective: float
-    linear_solver: str
-    setup_seconds: float
-    solve_seconds: float
-
-
-@dataclass(frozen=True)
 class ScsRun:
     """A finished solve."""
 
     solution: PrimalDual
-    info: SolveInfo
-    history: History
+    info: SolveRecord
+    history: dict[str, list[float]]
 
 
 def solve(
@@ -100,25 +72,35 @@ def solve(
         # SCS announces its log file on sys.stdout whatever `verbose` says.
         with contextlib.redirect_stdout(io.StringIO()):
             result = _run(program, options, warm_start, log)
-        history = _read_history(log)
+        history = read_history(log)
     info = result["info"]
-    _check_status(info, options)
+    check_status(info, options)
     return ScsRun(
         solution=PrimalDual(np.asarray(result["x"]), np.asarray(result["y"]), result["s"]),
-        info=SolveInfo(
-            status=str(info["status"]),
-            solved=info["status_val"] == scs.SOLVED,
-            iterations=int(info["iter"]),
-            primal_residual=float(info["res_pri"]),
-            dual_residual=float(info["res_dual"]),
-            gap=float(info["gap"]),
-            primal_objective=float(info["pobj"]) + program.constant,
-            dual_objective=float(info["dobj"]) + program.constant,
-            linear_solver=str(info["lin_sys_solver"]),
-            setup_seconds=float(info["setup_time"]) / 1e3,
-            solve_seconds=float(info["solve_time"]) / 1e3,
-        ),
+        info=record_of(info, program.constant),
         history=history,
+    )
+
+
+def record_of(info: dict[str, Any], constant: float) -> SolveRecord:
+    """Turn SCS's return information into a record.
+
+    Args:
+        info: the ``info`` of a finished run.
+        constant: added to both objectives.
+    """
+    return SolveRecord(
+        status=str(info["status"]),
+        solved=info["status_val"] == scs.SOLVED,
+        iterations=int(info["iter"]),
+        primal_residual=float(info["res_pri"]),
+        dual_residual=float(info["res_dual"]),
+        gap=float(info["gap"]),
+        primal_objective=float(info["pobj"]) + constant,
+        dual_objective=float(info["dobj"]) + constant,
+        linear_solver=str(info["lin_sys_solver"]),
+        setup_seconds=float(info["setup_time"]) / 1e3,
+        solve_seconds=float(info["solve_time"]) / 1e3,
     )
 
 
@@ -141,7 +123,14 @@ def _run(
     return result
 
 
-def _check_status(info: dict[str, Any], options: SolverOptions) -> None:
+def check_status(info: dict[str, Any], options: SolverOptions) -> None:
+    """Raise what an unsuccessful run means; a run that only ran out of iterations passes.
+
+    Raises:
+        InfeasibleError: no point satisfies the constraints.
+        SolveTimeoutError: the time limit was reached.
+        InternalError: any other failure.
+    """
     status = info["status_val"]
     if status in (scs.INFEASIBLE, scs.INFEASIBLE_INACCURATE):
         raise InfeasibleError("the requested constraints contradict each other")
@@ -151,7 +140,8 @@ def _check_status(info: dict[str, Any], options: SolverOptions) -> None:
         raise InternalError(f"the solver gave up: {info['status']}")
 
 
-def _read_history(log: Path) -> History:
+def read_history(log: Path) -> dict[str, list[float]]:
+    """Read the columns worth keeping from SCS's iteration log."""
     with log.open(newline="") as lines:
         rows = list(csv.DictReader(lines))
     return {name: [_finite(row[name]) for row in rows] for name in _HISTORY_COLUMNS}

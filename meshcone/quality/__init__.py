@@ -1,1 +1,1 @@
-"""quality."""
+"""How good a mesh is, against a reference and by itself."""

@@ -1,0 +1,36 @@
+"""Measure a mesh file against a reference file, moving nothing."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from meshcone.files import MeshFile
+from meshcone.options import Options
+from meshcone.pair import read_pair
+from meshcone.report import MeasureReport, Timings
+from meshcone.scoring import Scorer
+from meshcone.stopwatch import Stopwatch
+
+
+def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureReport:
+    """Measure ``source`` against ``reference``.
+
+    Raises:
+        InputError, LimitError: a file cannot be used; the message says which and why.
+    """
+    watch = Stopwatch()
+    with watch.stage("read"):
+        pair = read_pair(source, reference)
+    with watch.stage("quality"):
+        scorer = Scorer(pair.reference, options)
+        quality = scorer.quality(scorer.score(pair.source), None)
+    return MeasureReport(
+        version=version("meshcone"),
+        inputs=pair.inputs(),
+        frame=pair.frame_record(),
+        quality=quality,
+        warnings=pair.warnings(),
+        timings=Timings(
+            read=watch.seconds["read"], quality=watch.seconds["quality"], total=watch.total
+        ),
+    )

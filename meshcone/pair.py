@@ -1,0 +1,113 @@
+"""The two files of a job, read, placed in the reference's frame and described."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.assets import Asset, read_asset
+from meshcone.errors import InputError
+from meshcone.files import MeshFile
+from meshcone.quality.validity import inspect
+from meshcone.report import FrameRecord, InputRecord, Inputs
+from meshcone.surface import Frame, Mesh
+from meshcone.surface.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A source and its reference.
+
+    Attributes:
+        source_file, reference_file: as sent.
+        source_asset, reference_asset: as read.
+        source, reference: their welded surfaces in the frame.
+        frame: the similarity into the reference's unit sphere.
+    """
+
+    source_file: MeshFile
+    reference_file: MeshFile
+    source_asset: Asset
+    reference_asset: Asset
+    source: Mesh
+    reference: Mesh
+    frame: Frame
+
+    def inputs(self) -> Inputs:
+        """Describe both files for a report."""
+        return Inputs(
+            source=_describe(self.source_file, self.source_asset, self.source),
+            reference=_describe(self.reference_file, self.reference_asset, self.reference),
+        )
+
+    def frame_record(self) -> FrameRecord:
+        """Describe the frame for a report."""
+        x, y, z = map(float, self.frame.centre)
+        return FrameRecord(centre=(x, y, z), radius=self.frame.radius)
+
+    def warnings(self) -> list[str]:
+        """Collect what the readers had to say."""
+        return [
+            f"{asset.name}: {warning}"
+            for asset in (self.source_asset, self.reference_asset)
+            for warning in asset.warnings
+        ]
+
+    def written_positions(self, data: bytes) -> Floats:
+        """Read the source file's positions back from a patched copy.
+
+        Returns:
+            (n, 3) welded positions in the frame, at the precision of the file.
+        """
+        written = read_asset(self.source_asset.name, data, self.source_file.resources)
+        weld = self.source_asset.weld
+        used = weld >= 0
+        positions = np.empty_like(self.source_asset.vertices)
+        positions[weld[used]] = written.positions[used]
+        return self.frame.into(positions)
+
+
+def read_pair(source: MeshFile, reference: MeshFile) -> Pair:
+    """Read both files.
+
+    Raises:
+        InputError, LimitError: from the readers, or a surface without area.
+    """
+    source_asset = read_asset(source.name, source.data, source.resources)
+    reference_asset = read_asset(reference.name, reference.data, reference.resources)
+    model = Mesh(reference_asset.vertices, reference_asset.faces)
+    for asset, mesh in (
+        (source_asset, Mesh(source_asset.vertices, source_asset.faces)),
+        (reference_asset, model),
+    ):
+        if not mesh.face_areas.sum() > 0:
+            raise InputError("every face is without area", file=asset.name)
+    frame = Frame.of(model)
+    return Pair(
+        source_file=source,
+        reference_file=reference,
+        source_asset=source_asset,
+        reference_asset=reference_asset,
+        source=Mesh(frame.into(source_asset.vertices), source_asset.faces),
+        reference=Mesh(frame.into(model.vertices), model.faces),
+        frame=frame,
+    )
+
+
+def _describe(file: MeshFile, asset: Asset, mesh: Mesh) -> InputRecord:
+    counts = asset.counts()
+    return InputRecord(
+        name=asset.name,
+        format=asset.format,
+        sha256=hashlib.sha256(file.data).hexdigest(),
+        bytes=len(file.data),
+        vertices=counts.vertices,
+        welded_vertices=counts.welded_vertices,
+        faces=counts.faces,
+        polygons=counts.polygons,
+        meshes=counts.meshes,
+        materials=counts.materials,
+        validity=inspect(mesh),
+    )

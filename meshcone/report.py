@@ -1,0 +1,106 @@
+"""The report of one refinement (``meshcone.report/1``) and what is derived from it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from meshcone.options import Options
+from meshcone.program.diagnostics import SolverReport
+from meshcone.quality.records import Quality, Validity
+
+Outcome = Literal["improved", "indistinguishable", "unchanged", "reference_copy", "worse"]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
+
+
+class InputRecord(_Record):
+    """One of the two files as it was read."""
+
+    name: str
+    format: str
+    sha256: str
+    bytes: int
+    vertices: int = Field(description="as the file stores them, split at seams")
+    welded_vertices: int = Field(description="distinct positions some face uses")
+    faces: int = Field(description="triangles")
+    polygons: int = Field(description="faces as the file stores them")
+    meshes: int
+    materials: int
+    validity: Validity
+
+
+class Inputs(_Record):
+    """Both files."""
+
+    source: InputRecord
+    reference: InputRecord
+
+
+class FrameRecord(_Record):
+    """The similarity x ↦ (x − centre) / radius that all relative distances are in."""
+
+    centre: tuple[float, float, float] = Field(description="model units")
+    radius: float = Field(description="model units")
+
+
+class Displacement(_Record):
+    """How far the written vertices lie from the input's, relative to the radius."""
+
+    mean: float
+    max: float
+
+
+class Timings(_Record):
+    """Wall-clock seconds of each stage."""
+
+    read: float
+    solve: float = 0.0
+    quality: float
+    write: float = 0.0
+    total: float
+
+
+class MeasureReport(_Record):
+    """Metrics of a mesh against a reference, nothing moved."""
+
+    schema_: Literal["meshcone.measure/1"] = Field("meshcone.measure/1", alias="schema")
+    version: str
+    inputs: Inputs
+    frame: FrameRecord
+    quality: Quality
+    warnings: list[str]
+    timings: Timings
+
+
+class Report(_Record):
+    """Everything a refinement says of itself."""
+
+    schema_: Literal["meshcone.report/1"] = Field("meshcone.report/1", alias="schema")
+    version: str
+    outcome: Outcome
+    inputs: Inputs
+    frame: FrameRecord
+    options: Options
+    quality: Quality
+    displacement: Displacement
+    solver: SolverReport
+    warnings: list[str]
+    timings: Timings
+
+
+def diagnostics_csv(solver: SolverReport) -> str:
+    """Write the iteration history of all rounds as one table, a row an iteration."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = list(solver.rounds[0].history) if solver.rounds else []
+    writer.writerow(["round", *columns])
+    for record in solver.rounds:
+        for row in zip(*(record.history[name] for name in columns), strict=True):
+            writer.writerow([record.round, *row])
+    return text.getvalue()
