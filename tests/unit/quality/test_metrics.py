@@ -61,7 +61,7 @@ def test_hausdorff_and_chamfer_are_scipys():
 def test_emd_of_a_translated_cloud_is_the_translation():
     points = np.random.default_rng(0).normal(size=(64, 3))
 
-    assert earth_movers_distance(points, points + [0.3, 0, 0]) == pytest.approx(0.3)
+    assert earth_movers_distance(points, points + np.array([0.3, 0, 0])) == pytest.approx(0.3)
 
 
 def test_emd_is_no_larger_than_any_matching():
