@@ -1,1 +1,7 @@
 """Files and the surfaces in them."""
+
+from meshcone.assets.base import Asset, AssetCounts
+from meshcone.assets.limits import Limits
+from meshcone.assets.reader import read_asset
+
+__all__ = ["Asset", "AssetCounts", "Limits", "read_asset"]

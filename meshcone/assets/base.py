@@ -1,0 +1,145 @@
+"""What every mesh file looks like from the inside of the engine."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.weld import WeldedSurface
+from meshcone.errors import InputError, MeshConeError
+
+NormalsPolicy = Literal["recompute", "keep"]
+
+
+@dataclass(frozen=True)
+class AssetCounts:
+    """Sizes of a file, for the report.
+
+    Attributes:
+        vertices: raw vertices, split by seams, as the file stores them.
+        welded_vertices: distinct positions some face uses.
+        faces: triangles.
+        polygons: faces as the file lists them; equal to the triangles it lists in glTF.
+        meshes: OBJ objects, or glTF meshes placed by a node.
+        materials: materials the faces name.
+    """
+
+    vertices: int
+    welded_vertices: int
+    faces: int
+    polygons: int
+    meshes: int
+    materials: int
+
+
+class Asset(abc.ABC):
+    """A file that was read: its welded surface, and the file itself to write back into.
+
+    Immutable: every array is read-only.
+
+    Attributes:
+        name: the file's name as its sender knows it.
+        format: obj, glb, gltf, ply, stl or off.
+        media_type: the format's registered media type.
+        positions: (r, 3) raw vertices in world space, in model units.
+        weld: (r,) welded vertex of each raw vertex, -1 where no face uses it.
+        vertices: (n, 3) welded vertices in world space.
+        faces: (m, 3) triangles over the welded vertices.
+        warnings: what a reader should know about the way the file was understood.
+    """
+
+    format: str
+    media_type: str
+
+    def __init__(
+        self,
+        name: str,
+        surface: WeldedSurface,
+        *,
+        polygons: int,
+        meshes: int,
+        materials: int,
+        warnings: tuple[str, ...] = (),
+    ) -> None:
+        if len(surface.faces) == 0:
+            found = "its faces have no area" if len(surface.triangles) else "it has no faces"
+            raise InputError(f"the file holds no surface: {found}", file=name)
+        self.name = name
+        self.positions = surface.positions
+        self.weld = surface.weld
+        self.vertices = surface.vertices
+        self.faces = surface.faces
+        self.warnings = warnings
+        self._surface = surface
+        self._counts = AssetCounts(
+            vertices=len(surface.positions),
+            welded_vertices=len(surface.vertices),
+            faces=len(surface.faces),
+            polygons=polygons,
+            meshes=meshes,
+            materials=materials,
+        )
+
+    def counts(self) -> AssetCounts:
+        """The file's sizes."""
+        return self._counts
+
+    def ensure_writable(self, normals: NormalsPolicy = "recompute") -> None:  # noqa: B027
+        """Check, without new positions yet, that ``patched`` will be able to write.
+
+        Formats that are always writable have nothing to check.
+
+        Raises:
+            InputError: saying what in the file stands in the way.
+        """
+
+    def patched(self, vertices: NDArray[np.float64], normals: NormalsPolicy = "recompute") -> bytes:
+        """Write the same file with its welded vertices somewhere else.
+
+        Every raw vertex takes the position of its welded vertex; raw vertices no face uses
+        stay. Where nothing moved, the file's bytes are kept, and if nothing moved at all
+        the answer is the input, byte for byte.
+
+        Args:
+            vertices: (n, 3) new world-space positions of ``self.vertices``.
+            normals: ``recompute`` also writes stored normals (see ``normals.py`` for the
+                rule), ``keep`` leaves them alone.
+
+        Raises:
+            InputError: the format, or something in this file, cannot be written back.
+            ValueError: ``vertices`` has another shape or is not finite.
+        """
+        vertices = np.asarray(vertices, dtype=np.float64)
+        if vertices.shape != self.vertices.shape:
+            raise ValueError(f"expected {self.vertices.shape} vertices, found {vertices.shape}")
+        if not np.isfinite(vertices).all():
+            raise ValueError("vertices must be finite")
+        with naming(self.name):
+            self.ensure_writable(normals)
+            return self._write(vertices, normals)
+
+    @abc.abstractmethod
+    def _write(self, vertices: NDArray[np.float64], normals: NormalsPolicy) -> bytes: ...
+
+    def _scattered(
+        self, vertices: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """(r, 3) new raw positions, and (r,) which of them differ from the file's."""
+        positions = np.where(self.weld[:, None] >= 0, vertices[self.weld], self.positions)
+        return positions, (positions != self.positions).any(axis=1)
+
+
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Add the file's name to errors raised where only its content is known."""
+    try:
+        yield
+    except MeshConeError as error:
+        error.file = error.file or file
+        raise

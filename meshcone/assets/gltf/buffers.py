@@ -1,0 +1,112 @@
+"""The buffers of a glTF: the BIN chunk, data URIs, and files sent along with it.
+
+Nothing is ever opened: a URI is either data or the name of a resource.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+from urllib.parse import unquote, unquote_to_bytes
+
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.element import Element
+
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
+_BUFFER_TYPE = "data:application/octet-stream;base64,"
+
+
+@dataclass(frozen=True)
+class Buffer:
+    """One buffer's bytes and where they come from.
+
+    Attributes:
+        data: at least ``length`` bytes.
+        length: the declared byteLength.
+        source: ``binary`` for the BIN chunk, ``data`` for a data URI, ``resource`` for a file.
+    """
+
+    data: bytes
+    length: int
+    source: Literal["binary", "data", "resource"]
+
+
+class Buffers:
+    """Buffers by index, decoded when first needed."""
+
+    def __init__(
+        self,
+        document: Document,
+        binary: bytes | None,
+        resources: Mapping[str, bytes],
+    ) -> None:
+        self._elements = document.root.children("buffers")
+        self._binary = binary
+        self._resources = resources
+        self._loaded: dict[int, Buffer] = {}
+
+    def __len__(self) -> int:
+        return len(self._elements)
+
+    def __getitem__(self, index: int) -> Buffer:
+        """One buffer.
+
+        Raises:
+            InputError: it is missing, malformed, or shorter than it declares.
+        """
+        if index not in self._loaded:
+            self._loaded[index] = self._load(index, self._elements[index])
+        return self._loaded[index]
+
+    def _load(self, index: int, element: Element) -> Buffer:
+        length = element.required_integer("byteLength", minimum=1)
+        uri = element.text("uri")
+        if uri is None:
+            if index != 0 or self._binary is None:
+                raise element.error("uri", f"buffer {index} has no data")
+            buffer = Buffer(self._binary, length, "binary")
+        elif uri[:5].lower() == "data:":
+            buffer = Buffer(_decode_data_uri(uri, element), length, "data")
+        else:
+            buffer = Buffer(self._resource(uri, element), length, "resource")
+        if len(buffer.data) < length:
+            raise element.error(
+                "byteLength", f"declares {length:,} bytes, the buffer has {len(buffer.data):,}"
+            )
+        return buffer
+
+    def _resource(self, uri: str, element: Element) -> bytes:
+        if _SCHEME.match(uri) or uri.startswith(("/", "\\")):
+            raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
+        decoded = unquote(uri)
+        for name in (uri, decoded, decoded.removeprefix("./")):
+            if name in self._resources:
+                return self._resources[name]
+        raise element.error("uri", f"buffer names '{decoded[:80]}', which was not sent")
+
+
+def encode_data_uri(data: bytes, previous: str | None) -> str:
+    """A base64 data URI, with the media type of the one it replaces if that had one."""
+    head = _BUFFER_TYPE
+    if previous is not None and previous[:5].lower() == "data:":
+        media_type = previous.partition(",")[0]
+        if media_type.lower().endswith(";base64"):
+            head = media_type + ","
+    return head + base64.b64encode(data).decode("ascii")
+
+
+def _decode_data_uri(uri: str, element: Element) -> bytes:
+    """Decode RFC 2397 data."""
+    head, comma, body = uri.partition(",")
+    if not comma:
+        raise element.error("uri", "the data URI has no comma")
+    if not head.lower().endswith(";base64"):
+        return unquote_to_bytes(body)
+    try:
+        return base64.b64decode(unquote(body), validate=True)
+    except (binascii.Error, ValueError):
+        raise element.error("uri", "the data URI is not valid base64") from None

@@ -1,0 +1,131 @@
+"""Parses the JSON of a glTF and decides whether its claims can be honoured."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
+
+DRACO = "KHR_draco_mesh_compression"
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+INSTANCING = "EXT_mesh_gpu_instancing"
+QUANTIZATION = "KHR_mesh_quantization"
+
+# Extensions that change how a surface looks, not where it is.
+_HARMLESS_PREFIXES = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_")
+_HARMLESS = {
+    QUANTIZATION,
+    "KHR_lights_punctual",
+    "KHR_animation_pointer",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "EXT_lights_ies",
+    "EXT_lights_image_based",
+}
+_ADVICE = {
+    DRACO: "export without Draco compression",
+    MESHOPT[0]: "export without meshopt compression",
+    MESHOPT[1]: "export without meshopt compression",
+    INSTANCING: "export each instance as a node of its own",
+}
+
+_STRING = re.compile(rb'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A glTF's JSON.
+
+    Attributes:
+        text: as it stands in the file.
+        root: the parsed object.
+    """
+
+    text: str
+    root: Element
+
+    def uses(self, extension: str) -> bool:
+        """Whether the document lists an extension as used or required."""
+        return extension in self.root.texts("extensionsUsed") or extension in self.root.texts(
+            "extensionsRequired"
+        )
+
+
+def parse_document(data: bytes, limits: Limits) -> Document:
+    """Parse JSON and check version, required extensions and array sizes.
+
+    Raises:
+        InputError: not JSON, not glTF 2, or a required extension is not understood.
+        LimitError: longer, deeper or with longer arrays than ``limits`` accept.
+    """
+    limits.check("json_bytes", len(data), "bytes of JSON")
+    limits.check("json_depth", _depth(data), "nested levels of JSON")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError("the JSON is not UTF-8", place=f"byte {error.start}") from None
+    root = Element(_parse(text))
+    _check_version(root)
+    for key in ("nodes", "accessors", "meshes"):
+        limits.check(key, len(root.children(key)), key, place=f"/{key}")
+    _check_extensions(root)
+    return Document(text, root)
+
+
+def _parse(text: str) -> dict[str, Any]:
+    try:
+        value = json.loads(text.removeprefix("\ufeff"), parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise InputError(f"the JSON is malformed: {error.msg}", place=place) from None
+    except ValueError:
+        raise InputError("the JSON holds a number with thousands of digits") from None
+    if not isinstance(value, dict):
+        raise InputError("the JSON is not an object")
+    return value
+
+
+def _refuse_constant(constant: str) -> NoReturn:
+    raise InputError(f"the JSON holds {constant}, which JSON does not know")
+
+
+def _depth(data: bytes) -> int:
+    """Deepest nesting, counted without parsing: a parser would already have recursed."""
+    skeleton = np.frombuffer(_STRING.sub(b"", data), dtype=np.uint8)
+    opening = (skeleton == ord("[")) | (skeleton == ord("{"))
+    closing = (skeleton == ord("]")) | (skeleton == ord("}"))
+    levels = np.cumsum(opening.astype(np.int64) - closing)
+    return int(levels.max(initial=0))
+
+
+def _check_version(root: Element) -> None:
+    asset = root.child("asset")
+    if asset is None:
+        raise InputError("'asset' is missing: the JSON is not a glTF", place="/asset")
+    version = asset.text("version") or ""
+    needed = asset.text("minVersion") or "2.0"
+    if not re.fullmatch(r"2\.\d{1,9}", version):
+        raise asset.error("version", f"glTF version '{version[:20]}'; expected 2.0")
+    if needed != "2.0":
+        raise asset.error("minVersion", f"needs glTF '{needed[:20]}'; 2.0 is supported")
+
+
+def _check_extensions(root: Element) -> None:
+    for number, extension in enumerate(root.texts("extensionsRequired")):
+        if extension in _HARMLESS or extension.startswith(_HARMLESS_PREFIXES):
+            continue
+        advice = f"; {_ADVICE[extension]}" if extension in _ADVICE else ""
+        raise InputError(
+            f"requires the extension '{extension[:80]}', which is not supported{advice}",
+            place=f"/extensionsRequired/{number}",
+        )
+    for node in root.children("nodes"):
+        if INSTANCING in (node.value.get("extensions") or {}):
+            raise node.error("extensions", f"uses '{INSTANCING}'; {_ADVICE[INSTANCING]}")

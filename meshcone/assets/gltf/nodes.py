@@ -1,0 +1,110 @@
+"""Where the node tree puts each mesh (glTF 2.0, section 3.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
+
+_IDENTITY = np.eye(4)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A mesh at a node.
+
+    Attributes:
+        node: index of the node.
+        mesh: index of the mesh.
+        matrix: (4, 4) from mesh to world, column vectors; the identity for a skinned mesh,
+            whose node's transform is ignored (section 3.7.3.3).
+        skinned: whether the node has a skin.
+    """
+
+    node: int
+    mesh: int
+    matrix: NDArray[np.float64]
+    skinned: bool
+
+
+def place_meshes(root: Element, limits: Limits) -> list[Placement]:
+    """Every mesh of the default scene.
+
+    Without a default scene the first is taken, and without any scene all root nodes.
+
+    Raises:
+        InputError: a node is reached twice, or a transform is not a usable affine matrix.
+        LimitError: the tree is deeper than ``limits.node_depth``.
+    """
+    nodes = root.children("nodes")
+    meshes = len(root.children("meshes"))
+    children = [node.references("children", len(nodes), "node") for node in nodes]
+    waiting = [(node, _IDENTITY, 1) for node in reversed(_roots(root, children))]
+    seen: set[int] = set()
+    placements = []
+    while waiting:
+        index, parent, depth = waiting.pop()
+        node = nodes[index]
+        if index in seen:
+            raise InputError(
+                f"node {index} is reached twice; nodes must form a tree", place=node.pointer
+            )
+        seen.add(index)
+        limits.check("node_depth", depth, "levels of nodes", place=node.pointer)
+        with np.errstate(over="ignore", invalid="ignore"):
+            world = parent @ _local_matrix(node)
+        if not np.isfinite(world).all():
+            raise InputError("the node's transform overflows", place=node.pointer)
+        mesh = node.reference("mesh", meshes, "mesh")
+        if mesh is not None:
+            skinned = "skin" in node.value
+            placements.append(Placement(index, mesh, _IDENTITY if skinned else world, skinned))
+        waiting += [(child, world, depth + 1) for child in reversed(children[index])]
+    return placements
+
+
+def _roots(root: Element, children: list[list[int]]) -> list[int]:
+    scenes = root.children("scenes")
+    if scenes:
+        default = root.reference("scene", len(scenes), "scene") or 0
+        return scenes[default].references("nodes", len(children), "node")
+    has_parent = {child for family in children for child in family}
+    roots = [node for node in range(len(children)) if node not in has_parent]
+    if children and not roots:
+        raise InputError("every node has a parent: the nodes form a cycle", place="/nodes")
+    return roots
+
+
+def _local_matrix(node: Element) -> NDArray[np.float64]:
+    matrix = node.numbers("matrix", 16)
+    if matrix is not None:
+        columns = np.array(matrix).reshape(4, 4).T
+        if not np.allclose(columns[3], (0, 0, 0, 1)):
+            raise node.error("matrix", "the last row must be 0 0 0 1")
+        columns[3] = (0, 0, 0, 1)
+        return columns
+    local = np.eye(4)
+    local[:3, :3] = _rotation(node) * np.array(node.numbers("scale", 3) or (1.0, 1.0, 1.0))
+    local[:3, 3] = node.numbers("translation", 3) or (0.0, 0.0, 0.0)
+    return local
+
+
+def _rotation(node: Element) -> NDArray[np.float64]:
+    """(3, 3) rotation by the node's unit quaternion x, y, z, w."""
+    quaternion = np.array(node.numbers("rotation", 4) or (0.0, 0.0, 0.0, 1.0))
+    length = np.linalg.norm(quaternion)
+    if not 0.5 < length < 2.0:
+        raise node.error("rotation", f"expected a unit quaternion, found length {length:.3g}")
+    x, y, z, w = quaternion / length
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,177 @@
+"""Whether the vertices of a scene can be moved without moving anything else.
+
+glTF shares freely: a mesh between nodes, an accessor between meshes, bytes between
+accessors. A shared vertex cannot go to two places, so such a file is refused by name
+before any solving is done.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+import numpy as np
+
+from meshcone.assets.base import NormalsPolicy
+from meshcone.assets.gltf.accessors import Accessors, Region
+from meshcone.assets.gltf.affine import is_singular
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.scene import Block, Scene, mesh_name
+from meshcone.assets.weld import WeldedSurface
+from meshcone.errors import InputError
+
+# Accessors may declare the same bytes any number of times; this bounds the time to compare them.
+_COMPARED_BYTES_PER_BYTE = 64
+
+
+def check_ownership(
+    document: Document,
+    accessors: Accessors,
+    scene: Scene,
+    surface: WeldedSurface,
+    normals: NormalsPolicy,
+) -> None:
+    """Check that every vertex the surface uses has bytes of its own.
+
+    Raises:
+        InputError: a mesh or accessor is used twice, a node flattens its mesh, positions are
+            also stored compressed or not stored at all, or bytes are shared.
+    """
+    _check_instances(document, scene)
+    for block in scene.blocks:
+        _check_block(document, accessors, block, surface)
+    for placed in scene.primitives:
+        if placed.primitive.compressed:
+            raise InputError(
+                "the positions are also stored compressed, and that copy would go stale; "
+                "export without compression",
+                place=placed.primitive.element.pointer,
+            )
+    _check_shared_bytes(document, accessors, _owners(scene, normals))
+
+
+def _check_instances(document: Document, scene: Scene) -> None:
+    meshes = document.root.children("meshes")
+    nodes_of_mesh: dict[int, list[int]] = defaultdict(list)
+    for index, node in enumerate(document.root.children("nodes")):
+        mesh = node.reference("mesh", len(meshes), "mesh")
+        if mesh is not None:
+            nodes_of_mesh[mesh].append(index)
+    for block in scene.blocks:
+        mesh = block.placement.mesh
+        if len(nodes_of_mesh[mesh]) > 1:
+            raise InputError(
+                f"{mesh_name(meshes, mesh)} is used by {_listed('node', nodes_of_mesh[mesh])}; "
+                "one mesh cannot take several shapes: give each node a mesh of its own",
+                place=f"/meshes/{mesh}",
+            )
+    meshes_of_accessor: dict[int, list[int]] = defaultdict(list)
+    for block in scene.blocks:
+        meshes_of_accessor[block.accessor.index].append(block.placement.mesh)
+    for accessor, users in meshes_of_accessor.items():
+        if len(users) > 1:
+            raise InputError(
+                f"accessor {accessor} holds the positions of {_listed('mesh', users)}; "
+                "give each mesh positions of its own",
+                place=f"/accessors/{accessor}",
+            )
+
+
+def _check_block(
+    document: Document, accessors: Accessors, block: Block, surface: WeldedSurface
+) -> None:
+    used = surface.weld[block.rows] >= 0
+    if not used.any():
+        return
+    node = block.placement.node
+    if is_singular(block.placement.matrix):
+        raise InputError(
+            f"node {node} flattens its mesh: its transform cannot be undone",
+            place=document.root.children("nodes")[node].pointer,
+        )
+    if block.accessor.dense is None:
+        used[accessors.sparse_rows(block.accessor)] = False
+        if used.any():
+            raise InputError(
+                "some of its positions are zeros that are not stored; store all of them",
+                place=block.accessor.element.pointer,
+            )
+
+
+def _owners(scene: Scene, normals: NormalsPolicy) -> dict[int, tuple[str, int, int]]:
+    """What each accessor that will be written is for: attribute, node, and positions.
+
+    Raises:
+        InputError: one is for two things.
+    """
+    owners: dict[int, tuple[str, int, int]] = {}
+    for placed in scene.primitives:
+        primitive = placed.primitive
+        block = scene.blocks[placed.block]
+        written = [("POSITION", primitive.position)]
+        if normals == "recompute":
+            written += [("NORMAL", primitive.normal), ("TANGENT", primitive.tangent)]  # type: ignore[list-item]
+        for role, accessor in written:
+            if accessor is None:
+                continue
+            owner = (role, block.placement.node, block.accessor.index)
+            if owners.setdefault(accessor.index, owner) != owner:
+                raise InputError(
+                    f"its values serve as {role} of several sets of positions; give each its own",
+                    place=accessor.element.pointer,
+                )
+    return owners
+
+
+def _check_shared_bytes(
+    document: Document, accessors: Accessors, owners: dict[int, tuple[str, int, int]]
+) -> None:
+    described = {index: accessors.describe(index) for index in range(len(accessors.elements))}
+    buffers = {region.buffer for index in owners for region in described[index].regions}
+    taken = {buffer: np.zeros(accessors.buffers[buffer].length, dtype=bool) for buffer in buffers}
+    budget = _COMPARED_BYTES_PER_BYTE * sum(len(bytes_taken) for bytes_taken in taken.values())
+    claimed: dict[Region, tuple[str, int, int]] = {}
+
+    def is_taken(regions: Iterable[Region]) -> bool:
+        nonlocal budget
+        found = False
+        for region in regions:
+            if region.buffer in taken:
+                budget -= region.count * region.size
+                if budget < 0:
+                    raise InputError("too many accessors cover the same bytes", place="/accessors")
+                view = region.elements(taken[region.buffer], np.dtype(bool))
+                found = found or bool(view.any())
+        return found
+
+    for index, owner in owners.items():
+        # Exporters like to declare one run of vertices once per primitive: that is no conflict.
+        regions = [r for r in described[index].regions if claimed.get(r) != owner]
+        if is_taken(regions):
+            raise _shared(index)
+        for region in regions:
+            claimed[region] = owner
+            region.elements(taken[region.buffer], np.dtype(bool))[:] = True
+    for index, accessor in described.items():
+        if index not in owners and is_taken(accessor.regions):
+            raise _shared(index)
+    for image in document.root.children("images"):
+        view = image.reference("bufferView", len(accessors.views), "buffer view")
+        if view is not None:
+            start, length, buffer = accessors.view_extent(view)
+            if is_taken([Region(buffer, start, length, 1, 1)]):
+                raise InputError("shares bytes with vertices that move", place=image.pointer)
+
+
+def _shared(accessor: int) -> InputError:
+    return InputError(
+        "shares bytes with the vertex data of another accessor, so neither can move alone",
+        place=f"/accessors/{accessor}",
+    )
+
+
+def _listed(what: str, numbers: list[int]) -> str:
+    distinct = sorted(set(numbers))
+    shown = ", ".join(map(str, distinct[:5])) + (", …" if len(distinct) > 5 else "")
+    plural = what if len(distinct) == 1 else {"mesh": "meshes"}.get(what, what + "s")
+    return f"{plural} {shown}"

@@ -1,0 +1,167 @@
+"""The surface of a glTF's scene: every placed mesh, in world space, as one set of triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
+from meshcone.assets.gltf.affine import transform_points
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.nodes import Placement, place_meshes
+from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader, mesh_primitives
+from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
+
+
+@dataclass(frozen=True)
+class Block:
+    """The positions of one accessor at one node: a run of raw vertices.
+
+    Primitives of a mesh that share the accessor share the block.
+    """
+
+    placement: Placement
+    accessor: Accessor
+    start: int
+
+    @property
+    def rows(self) -> slice:
+        """Its raw vertices."""
+        return slice(self.start, self.start + self.accessor.count)
+
+
+@dataclass(frozen=True)
+class PlacedPrimitive:
+    """A primitive at one node; ``triangles`` are (k, 3) raw vertices, outward side out."""
+
+    primitive: Primitive
+    block: int
+    triangles: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that the default scene draws with triangles.
+
+    Attributes:
+        positions: (r, 3) raw vertices in world space, block after block.
+    """
+
+    blocks: list[Block]
+    primitives: list[PlacedPrimitive]
+    positions: NDArray[np.float64]
+    warnings: tuple[str, ...]
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """(k, 3) triangles of all primitives."""
+        empty = [np.zeros((0, 3), dtype=np.int64)]
+        return np.concatenate([placed.triangles for placed in self.primitives] or empty)
+
+
+def read_scene(document: Document, accessors: Accessors, limits: Limits) -> Scene:
+    """Read the triangles of every mesh the default scene places.
+
+    Raises:
+        InputError: something the scene uses is malformed, or a position is not finite.
+        LimitError: more vertices or triangles than ``limits`` accept, instances counted.
+    """
+    return _SceneBuilder(document, accessors, limits).build()
+
+
+class _SceneBuilder:
+    def __init__(self, document: Document, accessors: Accessors, limits: Limits) -> None:
+        self._document = document
+        self._accessors = accessors
+        self._limits = limits
+        self._reader = PrimitiveReader(document, accessors, limits)
+        self._mesh_elements = document.root.children("meshes")
+        self._meshes: dict[int, list[Primitive]] = {}
+        self._local: dict[int, NDArray[np.float64]] = {}
+        self._blocks: list[Block] = []
+        self._block_numbers: dict[tuple[int, int], int] = {}
+        self._placed: list[PlacedPrimitive] = []
+        self._vertices = 0
+        self._faces = 0
+        self._primitives_read = 0
+
+    def build(self) -> Scene:
+        placements = place_meshes(self._document.root, self._limits)
+        for placement in placements:
+            for primitive in self._mesh(placement.mesh):
+                self._place(placement, primitive)
+        return Scene(self._blocks, self._placed, self._positions(), self._warnings())
+
+    def _mesh(self, index: int) -> list[Primitive]:
+        if index not in self._meshes:
+            elements = mesh_primitives(self._mesh_elements[index])
+            self._primitives_read += len(elements)
+            self._limits.check("meshes", self._primitives_read, "primitives")
+            found = map(self._reader.read, elements)
+            self._meshes[index] = [primitive for primitive in found if primitive is not None]
+        return self._meshes[index]
+
+    def _place(self, placement: Placement, primitive: Primitive) -> None:
+        self._faces += len(primitive.triangles)
+        self._limits.check("faces", self._faces, "triangles in the scene")
+        number = self._block_number(placement, primitive.position)
+        mirrored = np.linalg.det(placement.matrix[:3, :3]) < 0
+        # A mirroring node turns the winding around (section 3.7.4).
+        local = primitive.triangles[:, ::-1] if mirrored else primitive.triangles
+        self._placed.append(PlacedPrimitive(primitive, number, local + self._blocks[number].start))
+
+    def _block_number(self, placement: Placement, accessor: Accessor) -> int:
+        key = (placement.node, accessor.index)
+        if key not in self._block_numbers:
+            block = Block(placement, accessor, self._vertices)
+            self._vertices += accessor.count
+            self._limits.check("vertices", self._vertices, "vertices in the scene")
+            self._block_numbers[key] = len(self._blocks)
+            self._blocks.append(block)
+        return self._block_numbers[key]
+
+    def _positions(self) -> NDArray[np.float64]:
+        positions = np.empty((self._vertices, 3))
+        for block in self._blocks:
+            with np.errstate(over="ignore", invalid="ignore"):
+                world = transform_points(block.placement.matrix, self._local_positions(block))
+            if not np.isfinite(world).all():
+                vertex = int(np.flatnonzero(~np.isfinite(world).all(axis=1))[0])
+                raise InputError(
+                    f"the position of vertex {vertex} is not finite",
+                    place=block.accessor.element.pointer,
+                )
+            positions[block.rows] = world
+        return positions
+
+    def _local_positions(self, block: Block) -> NDArray[np.float64]:
+        accessor = block.accessor
+        if accessor.index not in self._local:
+            stored = self._accessors.read(accessor)
+            self._local[accessor.index] = decode(stored, accessor.normalized)
+        return self._local[accessor.index]
+
+    def _warnings(self) -> tuple[str, ...]:
+        skinned = {block.placement.mesh for block in self._blocks if block.placement.skinned}
+        morphed = {
+            self._blocks[placed.block].placement.mesh
+            for placed in self._placed
+            if placed.primitive.morphed
+        }
+        in_bind_pose = "is skinned: read in its bind pose"
+        in_base_shape = "has morph targets: read in its base shape, the targets stay as they are"
+        return tuple(
+            f"{mesh_name(self._mesh_elements, mesh)} {consequence}"
+            for meshes, consequence in ((skinned, in_bind_pose), (morphed, in_base_shape))
+            for mesh in sorted(meshes)
+        )
+
+
+def mesh_name(meshes: list[Element], index: int) -> str:
+    """How messages call a mesh."""
+    name = meshes[index].value.get("name")
+    return f"mesh '{name[:60]}'" if isinstance(name, str) and name else f"mesh {index}"

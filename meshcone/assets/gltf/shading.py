@@ -1,0 +1,115 @@
+"""Carries the normals rule over to glTF's NORMAL and TANGENT attributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessor, decode
+from meshcone.assets.gltf.affine import transform_vectors
+from meshcone.assets.gltf.scene import Block, Scene
+from meshcone.assets.gltf.write import BufferEditor
+from meshcone.assets.normals import realign_tangents, recompute_normals
+from meshcone.assets.weld import WeldedSurface
+
+
+@dataclass(frozen=True)
+class _ShadedRun:
+    """A NORMAL accessor over the vertices of a block: one shading vertex per element."""
+
+    block: Block
+    normal: Accessor
+    start: int
+
+    @property
+    def rows(self) -> slice:
+        return slice(self.start, self.start + self.normal.count)
+
+
+def write_shading(
+    editor: BufferEditor,
+    scene: Scene,
+    surface: WeldedSurface,
+    vertices: NDArray[np.float64],
+) -> None:
+    """Renew normals and tangents around vertices that moved.
+
+    Normals are compared and averaged in world space, so a surface that continues from one
+    node into the next is shaded as one.
+
+    Args:
+        editor: takes the changes.
+        scene: as it was read.
+        surface: its welded surface.
+        vertices: (n, 3) new welded vertices.
+    """
+    runs, corners = _shaded_runs(scene)
+    if not runs:
+        return
+    stored = np.concatenate([_world_normals(editor, run) for run in runs.values()])
+    weld = np.concatenate([surface.weld[run.block.rows] for run in runs.values()])
+    normals, renewed = recompute_normals(
+        surface.vertices, vertices, surface.faces, corners[surface.kept], weld, stored
+    )
+    local: dict[tuple[int, int], NDArray[np.float64]] = {}
+    for key, run in runs.items():
+        rows = np.flatnonzero(renewed[run.rows])
+        local[key] = _local_normals(run.block, normals[run.rows][rows])
+        editor.store(run.normal, rows, local[key])
+    written: set[tuple[int, int]] = set()
+    for placed in scene.primitives:
+        tangent, normal = placed.primitive.tangent, placed.primitive.normal
+        if tangent is None or normal is None or (placed.block, tangent.index) in written:
+            continue
+        written.add((placed.block, tangent.index))
+        key = (placed.block, normal.index)
+        rows = np.flatnonzero(renewed[runs[key].rows])
+        tangents = decode(editor.read(tangent), tangent.normalized)[rows]
+        editor.store(tangent, rows, realign_tangents(tangents, local[key]))
+
+
+def _shaded_runs(
+    scene: Scene,
+) -> tuple[dict[tuple[int, int], _ShadedRun], NDArray[np.int64]]:
+    """Runs by (block, accessor), and (k, 3) the shading vertex at each triangle corner."""
+    runs: dict[tuple[int, int], _ShadedRun] = {}
+    corners = []
+    total = 0
+    for placed in scene.primitives:
+        normal = placed.primitive.normal
+        if normal is None:
+            corners.append(np.full(placed.triangles.shape, -1, dtype=np.int64))
+            continue
+        block = scene.blocks[placed.block]
+        key = (placed.block, normal.index)
+        if key not in runs:
+            runs[key] = _ShadedRun(block, normal, total)
+            total += normal.count
+        corners.append(placed.triangles - block.start + runs[key].start)
+    return runs, np.concatenate(corners)
+
+
+def _world_normals(editor: BufferEditor, run: _ShadedRun) -> NDArray[np.float64]:
+    stored = decode(editor.read(run.normal), run.normal.normalized)
+    linear = run.block.placement.matrix[:3, :3]
+    if np.array_equal(linear, np.eye(3)):
+        return stored
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        # The cofactor matrix is det(M) M^-T: it needs no inverse, and its length is divided out.
+        turned = transform_vectors(_cofactors(linear) * np.sign(np.linalg.det(linear)), stored)
+        unit: NDArray[np.float64] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    return unit
+
+
+def _local_normals(block: Block, normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit normals of a node from those of the world: the inverse of n -> M^-T n is n -> M^T n."""
+    local = transform_vectors(block.placement.matrix[:3, :3].T, normals)
+    unit: NDArray[np.float64] = local / np.linalg.norm(local, axis=1, keepdims=True)
+    return unit
+
+
+def _cofactors(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    a, b, c = linear.T
+    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)

@@ -1,0 +1,45 @@
+"""How much of a file is accepted, decided before memory is spent on it."""
+
+from __future__ import annotations
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from meshcone.errors import LimitError
+
+_MIB = 1024 * 1024
+
+
+class Limits(BaseSettings):
+    """Caps on one asset, each settable as ``MESHCONE_LIMIT_<NAME>`` in the environment.
+
+    The defaults let a mesh of a million vertices with normals and texture coordinates
+    through in either format. A glTF and the files it names count as one asset.
+    """
+
+    model_config = SettingsConfigDict(env_prefix="MESHCONE_LIMIT_", frozen=True, extra="ignore")
+
+    file_bytes: int = Field(256 * _MIB, ge=1, description="the file and its resources together")
+    vertices: int = Field(2_000_000, ge=1, description="vertices as the file stores them")
+    faces: int = Field(4_000_000, ge=1, description="triangles, after polygons are split")
+    json_bytes: int = Field(128 * _MIB, ge=1, description="JSON text of a glTF, data URIs included")
+    json_depth: int = Field(64, ge=1, description="nested arrays and objects in a glTF")
+    nodes: int = Field(100_000, ge=1, description="nodes in a glTF")
+    node_depth: int = Field(256, ge=1, description="levels of a glTF's node tree")
+    accessors: int = Field(100_000, ge=1, description="accessors in a glTF")
+    meshes: int = Field(
+        100_000, ge=1, description="meshes in a glTF, and primitives in all of them"
+    )
+
+    def check(self, name: str, found: int, what: str, place: str | None = None) -> None:
+        """Compare a declared or counted size with the cap called ``name``.
+
+        Raises:
+            LimitError: naming what was found, the cap and the setting that moves it.
+        """
+        allowed = getattr(self, name)
+        if found > allowed:
+            setting = f"MESHCONE_LIMIT_{name.upper()}"
+            raise LimitError(
+                f"{found:,} {what}; this installation accepts {allowed:,} ({setting})", place=place
+            )

@@ -1,0 +1,127 @@
+"""An OBJ file as an asset."""
+
+from __future__ import annotations
+
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.base import Asset, NormalsPolicy
+from meshcone.assets.limits import Limits
+from meshcone.assets.normals import recompute_normals
+from meshcone.assets.obj.faces import ObjFaces, read_faces
+from meshcone.assets.obj.numbers import read_normals, read_positions
+from meshcone.assets.obj.scan import ObjLines, scan_lines
+from meshcone.assets.obj.write import digits_for_extent, replace_vectors, significant_digits
+from meshcone.assets.polygons import triangulate
+from meshcone.assets.weld import WeldedSurface, weld_surface
+from meshcone.errors import InputError
+
+_UTF16_MARKS = (b"\xfe\xff", b"\xff\xfe")
+
+
+def read_obj(name: str, data: bytes, limits: Limits) -> ObjAsset:
+    """Read the polygons of an OBJ file; its curves, lines, points and materials stay text.
+
+    Raises:
+        InputError: with the line at fault.
+        LimitError: more vertices or triangles than ``limits`` accepts.
+    """
+    if data.startswith(_UTF16_MARKS):
+        raise InputError("the text is UTF-16; OBJ files are ASCII or UTF-8", place="line 1")
+    lines = scan_lines(data)
+    limits.check("vertices", max(len(lines.vertices), len(lines.normals)), "vertices")
+    positions = read_positions(lines)
+    faces = read_faces(lines, limits)
+    corners, fanned = triangulate(positions[faces.vertices], faces.sizes)
+    warnings = faces.warnings
+    if fanned:
+        warnings += (f"{fanned} large concave polygons were split as if they were convex",)
+    surface = weld_surface(positions, faces.vertices[corners])
+    return ObjAsset(name, data, lines, faces, corners, surface, warnings)
+
+
+class ObjAsset(Asset):
+    """An OBJ file.
+
+    Writing changes coordinates on v lines and directions on vn lines. A vn line that
+    several corners share cannot follow all of them, and giving each its own would renumber
+    the faces: it takes the mean of what they need. Corners whose triangles stay where they
+    were vote for the direction it had.
+    """
+
+    format = "obj"
+    media_type = "model/obj"
+
+    def __init__(
+        self,
+        name: str,
+        data: bytes,
+        lines: ObjLines,
+        faces: ObjFaces,
+        corners: NDArray[np.int64],
+        surface: WeldedSurface,
+        warnings: tuple[str, ...],
+    ) -> None:
+        super().__init__(
+            name,
+            surface,
+            polygons=len(faces.sizes),
+            meshes=lines.objects,
+            materials=lines.materials,
+            warnings=warnings,
+        )
+        self._data = data
+        self._corner_normals = faces.normals[corners]
+
+    def _write(self, vertices: NDArray[np.float64], normals: NormalsPolicy) -> bytes:
+        positions, moved = self._scattered(vertices)
+        if not moved.any():
+            return self._data
+        # Keeping every line of every asset alive would cost several times its file's size.
+        lines = scan_lines(self._data)
+        rows = np.array(lines.vertices, dtype=np.int64)
+        digits = max(significant_digits(lines, lines.vertices), digits_for_extent(positions))
+        replace_vectors(lines.raw, rows[moved], positions[moved], digits)
+        if normals == "recompute" and lines.normals:
+            self._write_normals(lines, vertices)
+        return b"".join(lines.raw)
+
+    def _write_normals(self, lines: ObjLines, vertices: NDArray[np.float64]) -> None:
+        stored = read_normals(lines)
+        directions, changed = self._shared_normals(stored, vertices)
+        rows = np.array(lines.normals, dtype=np.int64)
+        digits = significant_digits(lines, lines.normals)
+        replace_vectors(lines.raw, rows[changed], directions[changed], digits)
+
+    def _shared_normals(
+        self, stored: NDArray[np.float64], vertices: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """(s, 3) new direction of each vn statement, and (s,) which of them change."""
+        corner_vertices = self._surface.triangles[self._surface.kept]
+        corner_normals = self._corner_normals[self._surface.kept]
+        has_normal = corner_normals >= 0
+        keys = corner_vertices * len(stored) + corner_normals
+        pairs, inverse = np.unique(keys[has_normal], return_inverse=True)
+        corners = np.full(corner_normals.shape, -1, dtype=np.int64)
+        corners[has_normal] = inverse
+        pair_vertices, pair_normals = np.divmod(pairs, len(stored))
+        wanted, renewed = recompute_normals(
+            self.vertices,
+            vertices,
+            self.faces,
+            corners,
+            self.weld[pair_vertices],
+            stored[pair_normals],
+        )
+        length = np.linalg.norm(wanted, axis=1, keepdims=True)
+        votes = np.divide(wanted, length, out=np.zeros_like(wanted), where=length > 0)
+        votes[~np.isfinite(votes)] = 0.0
+        mean: NDArray[np.float64] = np.stack(
+            [np.bincount(pair_normals, votes[:, axis], len(stored)) for axis in range(3)], axis=1
+        )
+        changed = np.bincount(pair_normals, renewed, len(stored)) > 0
+        size = np.linalg.norm(mean, axis=1)
+        changed &= size > 1e-6  # users that cancel out leave no direction to write
+        mean[changed] /= size[changed, None]
+        return mean, changed

@@ -1,0 +1,164 @@
+"""Reads the f statements of an OBJ file.
+
+Source: "Object Files (.obj)", appendix B1, section "Face": a corner is ``v``, ``v/vt``,
+``v//vn`` or ``v/vt/vn``; indices count from 1, negative ones backwards from the last
+element stated *before* the face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.limits import Limits
+from meshcone.assets.obj.numbers import blocks, shown
+from meshcone.assets.obj.scan import ObjLines
+from meshcone.errors import InputError
+
+_NONE = 0  # no OBJ index is 0, so 0 stands for "not given" until indices are resolved
+_LARGEST = 2**62
+
+
+@dataclass(frozen=True)
+class ObjFaces:
+    """Polygons of at least three corners.
+
+    Attributes:
+        vertices: (c,) vertex of each corner, polygon after polygon, from 0.
+        normals: (c,) vn statement of each corner, from 0; -1 where there is none.
+        sizes: (p,) corners per polygon.
+        warnings: references that were ignored.
+    """
+
+    vertices: NDArray[np.int64]
+    normals: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    warnings: tuple[str, ...]
+
+
+def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
+    """Read and resolve every face.
+
+    Raises:
+        InputError: a corner is malformed, or its vertex is 0 or not in the file.
+        LimitError: the polygons make more triangles than ``limits.faces``.
+    """
+    sizes_found, vertices_found, normals_found = [], [], []
+    triangles = 0
+    for block in blocks(lines.faces):
+        words = [lines.words(row)[1:] for row in block]
+        sizes = np.array([len(corners) for corners in words], dtype=np.int64)
+        triangles += int(np.maximum(sizes - 2, 0).sum())
+        limits.check("faces", triangles, "triangles")
+        columns = _convert(list(chain.from_iterable(words)))
+        if columns is None:
+            columns = _one_by_one(lines, block)
+        sizes_found.append(sizes)
+        vertices_found.append(columns[0])
+        normals_found.append(columns[1])
+    empty = [np.zeros(0, dtype=np.int64)]
+    sizes = np.concatenate(sizes_found or empty)
+    vertices = np.concatenate(vertices_found or empty)
+    normals = np.concatenate(normals_found or empty)
+    return _resolve(lines, sizes, vertices, normals)
+
+
+def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Vertex and normal index of corners that all have one form; None if any needs a closer look.
+
+    Converting joined words is what makes a million faces take a second.
+    """
+    slashes = {corner.count(b"/") for corner in corners}
+    joined = b" ".join(corners)
+    if len(slashes) > 1 or b"_" in joined:
+        return None
+    width = 1 + next(iter(slashes), 0)
+    doubled = joined.count(b"//")
+    if width > 3 or (doubled and (width != 3 or doubled != len(corners))):
+        return None
+    if doubled:
+        joined, width = joined.replace(b"//", b"/"), 2
+    numbers = joined.replace(b"/", b" ").split()
+    if len(numbers) != width * len(corners):
+        return None
+    try:
+        table = np.array(list(map(int, numbers)), dtype=np.int64).reshape(-1, width)
+    except (ValueError, OverflowError):
+        return None
+    has_normals = width == 3 or doubled
+    return table[:, 0], table[:, -1] if has_normals else np.full(len(table), _NONE)
+
+
+def _one_by_one(
+    lines: ObjLines, rows: Sequence[int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    pairs = [_corner(word, lines.place(row)) for row in rows for word in lines.words(row)[1:]]
+    table = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return table[:, 0], table[:, 1]
+
+
+def _corner(word: bytes, place: str) -> tuple[int, int]:
+    """Vertex and normal index of ``1``, ``1/2``, ``1//3`` or ``1/2/3``; empty parts are absent."""
+    parts = word.split(b"/")
+    if len(parts) > 3 or not parts[0]:
+        raise InputError(f"expected a face corner like 1/2/3, found '{shown(word)}'", place=place)
+    indices = [_index(part, word, place) if part else _NONE for part in parts]
+    return indices[0], indices[2] if len(indices) == 3 else _NONE
+
+
+def _index(part: bytes, word: bytes, place: str) -> int:
+    digits = part[1:] if part[:1] in (b"-", b"+") else part
+    if not digits.isdigit():
+        raise InputError(f"expected a face corner like 1/2/3, found '{shown(word)}'", place=place)
+    magnitude = int(digits) if len(digits) < 19 else _LARGEST
+    return -magnitude if part[:1] == b"-" else magnitude
+
+
+def _resolve(
+    lines: ObjLines,
+    sizes: NDArray[np.int64],
+    vertices: NDArray[np.int64],
+    normals: NDArray[np.int64],
+) -> ObjFaces:
+    rows = np.repeat(np.array(lines.faces, dtype=np.int64), sizes)
+    resolved = _absolute(vertices, rows, lines.vertices)
+    outside = np.flatnonzero((resolved < 0) | (resolved >= len(lines.vertices)))
+    if len(outside):
+        first = outside[0]
+        raise InputError(
+            f"a face names vertex {vertices[first]}; {_valid_range(len(lines.vertices))}",
+            place=lines.place(int(rows[first])),
+        )
+    warnings = []
+    corner_normals = _absolute(normals, rows, lines.normals)
+    given = normals != _NONE
+    unknown = given & ((corner_normals < 0) | (corner_normals >= len(lines.normals)))
+    if unknown.any():
+        place = lines.place(int(rows[np.flatnonzero(unknown)[0]]))
+        warnings.append(f"{place}: a face names a normal the file does not have; ignored")
+    corner_normals[~given | unknown] = -1
+
+    whole = sizes >= 3
+    if not whole.all():
+        place = lines.place(lines.faces[int(np.flatnonzero(~whole)[0])])
+        warnings.append(f"{place}: a face with fewer than 3 corners; ignored")
+    kept = np.repeat(whole, sizes)
+    return ObjFaces(resolved[kept], corner_normals[kept], sizes[whole], tuple(warnings))
+
+
+def _absolute(
+    indices: NDArray[np.int64], rows: NDArray[np.int64], statements: list[int]
+) -> NDArray[np.int64]:
+    """Indices from 0; those out of range stay out of range."""
+    if not (indices < 0).any():
+        return indices - 1
+    before = np.searchsorted(np.array(statements, dtype=np.int64), rows)
+    return np.where(indices < 0, before + indices, indices - 1)
+
+
+def _valid_range(count: int) -> str:
+    return f"the file has vertices 1 to {count}" if count else "the file has no vertices"

@@ -1,0 +1,103 @@
+"""Reads the numbers of OBJ statements: whole blocks at once, one by one to explain an error."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.obj.scan import ObjLines
+from meshcone.errors import InputError
+
+BLOCK = 65_536
+_NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+def blocks(rows: Sequence[int]) -> Iterator[list[int]]:
+    """Rows in runs short enough that their words fit in memory together."""
+    source = iter(rows)
+    while block := list(islice(source, BLOCK)):
+        yield block
+
+
+def read_positions(lines: ObjLines) -> NDArray[np.float64]:
+    """(r, 3) coordinates of the v statements; weights and colours after them are not read.
+
+    Raises:
+        InputError: naming the line of the first coordinate that is missing, no number or
+            not finite.
+    """
+    return _read_vectors(lines, lines.vertices, _explain_position)
+
+
+def read_normals(lines: ObjLines) -> NDArray[np.float64]:
+    """(s, 3) values of the vn statements, NaN in all of a statement that is malformed.
+
+    Broken normals are common and no reason to refuse a file: they are left as they are.
+    """
+    return _read_vectors(lines, lines.normals, _tolerated_normal)
+
+
+def shown(word: bytes) -> str:
+    """A word of the file, made safe to quote in a message."""
+    text = word.decode("utf-8", "replace")
+    return text if len(text) <= 40 else text[:39] + "…"
+
+
+def _read_vectors(
+    lines: ObjLines,
+    rows: Sequence[int],
+    one_by_one: Callable[[ObjLines, int], tuple[float, float, float]],
+) -> NDArray[np.float64]:
+    vectors = np.empty((len(rows), 3))
+    filled = 0
+    for block in blocks(rows):
+        values = _convert([lines.words(row)[1:4] for row in block])
+        if values is None:
+            values = np.array([one_by_one(lines, row) for row in block])
+        vectors[filled : filled + len(block)] = values
+        filled += len(block)
+    return vectors
+
+
+def _convert(words: list[list[bytes]]) -> NDArray[np.float64] | None:
+    """A block of vectors, or None if any of it needs a closer look."""
+    if any(len(vector) != 3 for vector in words):
+        return None
+    flat = list(chain.from_iterable(words))
+    # float() also reads digits grouped by underscores, which OBJ does not know.
+    if b"_" in b"".join(flat):
+        return None
+    try:
+        values = np.array(list(map(float, flat)))
+    except ValueError:
+        return None
+    return values.reshape(-1, 3) if np.isfinite(values).all() else None
+
+
+def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
+    words = lines.words(row)[1:4]
+    if len(words) < 3:
+        raise InputError(
+            f"a vertex needs 3 coordinates, found {len(words)}", place=lines.place(row)
+        )
+    x, y, z = (_finite(word, lines.place(row)) for word in words)
+    return x, y, z
+
+
+def _finite(word: bytes, place: str) -> float:
+    value = float(word) if _NUMBER.fullmatch(word) else np.nan
+    if not np.isfinite(value):
+        raise InputError(f"expected a finite coordinate, found '{shown(word)}'", place=place)
+    return value
+
+
+def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, float, float]:
+    words = lines.words(row)[1:4]
+    if len(words) < 3 or not all(_NUMBER.fullmatch(word) for word in words):
+        return (np.nan, np.nan, np.nan)
+    x, y, z = map(float, words)
+    return x, y, z

@@ -1,0 +1,115 @@
+"""Sorts the lines of an OBJ file by what they state.
+
+Source: "Object Files (.obj)", Wavefront Advanced Visualizer, appendix B1. Only the
+statements a surface needs are told apart; everything else is carried as text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
+
+@dataclass(frozen=True)
+class ObjLines:
+    """An OBJ file as statements.
+
+    Attributes:
+        raw: one entry per statement with its line ends; joined, they are the file.
+        text: the same statements with line continuations turned into blanks.
+        first_lines: 1-based number of each statement's first line in the file.
+        vertices, normals, textures, faces: rows of ``raw`` that hold v, vn, vt and f.
+        objects: number of distinct objects, or groups if there are none, at least 1.
+        materials: number of distinct material names.
+    """
+
+    raw: list[bytes]
+    text: list[bytes]
+    first_lines: range | NDArray[np.int64]
+    vertices: list[int]
+    normals: list[int]
+    textures: list[int]
+    faces: list[int]
+    objects: int
+    materials: int
+
+    def place(self, row: int) -> str:
+        """Where a statement stands in the file, for messages."""
+        return f"line {self.first_lines[row]}"
+
+    def words(self, row: int) -> list[bytes]:
+        """A statement's keyword and arguments, without comment."""
+        return split_words(self.text[row])
+
+
+def split_words(line: bytes) -> list[bytes]:
+    """Words of one statement up to its comment."""
+    return (line.split(b"#", 1)[0] if b"#" in line else line).split()
+
+
+def scan_lines(data: bytes) -> ObjLines:
+    """Sort a file's statements by keyword, in one pass."""
+    raw = data.splitlines(keepends=True)
+    first_lines: range | NDArray[np.int64] = range(1, len(raw) + 1)
+    text = raw
+    if b"\\\n" in data or b"\\\r" in data:
+        raw, first_lines = _join_continued(raw)
+        text = [_without_continuations(statement) for statement in raw]
+    if data.startswith(_BYTE_ORDER_MARK):
+        text = [text[0].removeprefix(_BYTE_ORDER_MARK), *text[1:]]
+
+    rows: dict[bytes, list[int]] = {
+        keyword: [] for keyword in (b"v", b"vn", b"vt", b"f", b"o", b"g", b"usemtl")
+    }
+    sinks = {keyword: found.append for keyword, found in rows.items()}
+    for row, statement in enumerate(text):
+        words = statement.split(None, 1)
+        if words and (sink := sinks.get(words[0])) is not None:
+            sink(row)
+
+    def names(keyword: bytes) -> int:
+        return len({b" ".join(split_words(text[row])[1:]) for row in rows[keyword]})
+
+    return ObjLines(
+        raw=raw,
+        text=text,
+        first_lines=first_lines,
+        vertices=rows[b"v"],
+        normals=rows[b"vn"],
+        textures=rows[b"vt"],
+        faces=rows[b"f"],
+        objects=names(b"o") or names(b"g") or 1,
+        materials=names(b"usemtl"),
+    )
+
+
+def _join_continued(lines: list[bytes]) -> tuple[list[bytes], NDArray[np.int64]]:
+    statements = list(_statements(lines))
+    counts = [len(parts) for parts in statements]
+    first_lines = np.cumsum([1, *counts[:-1]], dtype=np.int64)
+    return [b"".join(parts) for parts in statements], first_lines
+
+
+def _statements(lines: list[bytes]) -> Iterator[list[bytes]]:
+    """Runs of lines joined by a backslash; a comment ends with its line."""
+    parts: list[bytes] = []
+    for line in lines:
+        parts.append(line)
+        if b"#" in line or not line.rstrip(b"\r\n").endswith(b"\\"):
+            yield parts
+            parts = []
+    if parts:
+        yield parts
+
+
+def _without_continuations(statement: bytes) -> bytes:
+    if b"\\" not in statement:
+        return statement
+    for line_end in (b"\\\r\n", b"\\\n", b"\\\r"):
+        statement = statement.replace(line_end, b" ")
+    return statement

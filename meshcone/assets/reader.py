@@ -1,0 +1,74 @@
+"""Chooses the reader for a file: by its content first, by its name where content is silent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import PurePosixPath
+
+from meshcone.assets.base import Asset, naming
+from meshcone.assets.foreign import read_foreign, recognise_foreign
+from meshcone.assets.gltf import read_glb, read_gltf
+from meshcone.assets.limits import Limits
+from meshcone.assets.obj import read_obj
+from meshcone.errors import InputError
+
+_ACCEPTED = "OBJ, glTF or GLB (as a reference also PLY, STL or OFF)"
+_OTHER_FORMATS = {
+    b"PK\x03\x04": "a ZIP archive",
+    b"\x1f\x8b": "a gzip archive",
+    b"BZh": "a bzip2 archive",
+    b"\xfd7zXZ": "an xz archive",
+    b"Kaydara FBX": "an FBX file",
+    b"BLENDER": "a Blender file",
+    b"\x89PNG": "a PNG image",
+    b"\xff\xd8\xff": "a JPEG image",
+    b"%PDF": "a PDF document",
+    b"<": "an XML or HTML document",
+}
+
+
+def read_asset(
+    name: str,
+    data: bytes,
+    resources: Mapping[str, bytes] | None = None,
+    limits: Limits | None = None,
+) -> Asset:
+    """Read a mesh file.
+
+    Args:
+        name: the file's name; never opened, used for its suffix and in messages.
+        data: the file's bytes.
+        resources: the files a glTF names, by the names it uses for them.
+        limits: caps on sizes; by default those of the environment.
+
+    Raises:
+        InputError: the file is not a mesh, is damaged, or uses what is not supported;
+            ``place`` says where.
+        LimitError: the file is larger or deeper than ``limits`` accept.
+    """
+    limits = limits or Limits()
+    resources = resources or {}
+    with naming(name):
+        total = len(data) + sum(map(len, resources.values()))
+        limits.check("file_bytes", total, "bytes")
+        return _dispatch(name, data, resources, limits)
+
+
+def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> Asset:
+    if not data.strip(b"\x00 \t\r\n"):
+        raise InputError(f"the file is empty; expected {_ACCEPTED}")
+    if data.startswith(b"glTF"):
+        return read_glb(name, data, resources, limits)
+    start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
+    if start.startswith(b"{"):
+        return read_gltf(name, data, resources, limits)
+    suffix = PurePosixPath(name.replace("\\", "/")).suffix.lower()
+    if foreign := recognise_foreign(suffix, data):
+        return read_foreign(name, foreign, data, limits)
+    for signature, kind in _OTHER_FORMATS.items():
+        if start.startswith(signature):
+            raise InputError(f"this is {kind}; expected {_ACCEPTED}")
+    if suffix in {".glb", ".gltf"}:
+        expected = "'glTF'" if suffix == ".glb" else "a JSON object"
+        raise InputError(f"the file does not start with {expected}", place="byte 0")
+    return read_obj(name, data, limits)
