@@ -1,50 +1,98 @@
-"""Meshes the tests make for themselves."""
+"""Small meshes for tests, made here."""
 
 from __future__ import annotations
 
+import json
+import struct
+
 import numpy as np
-import trimesh
+from numpy.typing import NDArray
 
-from meshcone.surface import Mesh
-
-
-def sphere(subdivisions: int = 3) -> Mesh:
-    """A unit icosphere: 162, 642, 2562 vertices for 2, 3, 4 subdivisions."""
-    made = trimesh.creation.icosphere(subdivisions=subdivisions)
-    return Mesh(made.vertices, made.faces)
+Vertices = NDArray[np.float64]
+Faces = NDArray[np.int64]
 
 
-def torus(rings: int = 48, sides: int = 24, tube: float = 0.35) -> Mesh:
-    """A torus of radius 1 around the z axis."""
-    u, v = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
-    around, along = 2 * np.pi * u.ravel() / rings, 2 * np.pi * v.ravel() / sides
-    radius = 1 + tube * np.cos(along)
-    vertices = np.stack(
-        [radius * np.cos(around), radius * np.sin(around), tube * np.sin(along)], axis=1
-    )
-    return Mesh(vertices, _grid_faces(rings, sides, wrap_rows=True, wrap_columns=True))
+def sphere(subdivisions: int = 3, radius: float = 2.0) -> tuple[Vertices, Faces]:
+    """An octahedron, subdivided and blown up to a sphere."""
+    corners = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    vertices = [np.array(corner, dtype=float) for corner in corners]
+    upper = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4)]
+    faces = upper + [(b, a, 5) for a, b, _ in upper]
+    for _ in range(subdivisions):
+        middles: dict[tuple[int, int], int] = {}
+
+        def middle(a: int, b: int, middles: dict[tuple[int, int], int] = middles) -> int:
+            key = (min(a, b), max(a, b))
+            if key not in middles:
+                point = vertices[a] + vertices[b]
+                middles[key] = len(vertices)
+                vertices.append(point / np.linalg.norm(point))
+            return middles[key]
+
+        finer = []
+        for a, b, c in faces:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = finer
+    return radius * np.array(vertices), np.array(faces, dtype=np.int64)
 
 
-def sheet(rows: int, columns: int) -> Mesh:
-    """A flat open grid in the xy plane, unit spacing; V = rows·columns."""
-    x, y = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
-    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(rows * columns)], axis=1)
-    return Mesh(vertices, _grid_faces(rows, columns, wrap_rows=False, wrap_columns=False))
+def noisy(vertices: Vertices, amount: float = 0.05, seed: int = 7) -> Vertices:
+    """The vertices with Gaussian noise, in model units."""
+    return vertices + np.random.default_rng(seed).normal(scale=amount, size=vertices.shape)
 
 
-def noisy(mesh: Mesh, sigma: float, seed: int = 0) -> Mesh:
-    """The mesh with Gaussian noise on every coordinate."""
-    noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape) * sigma
-    return mesh.moved_to(mesh.vertices + noise)
+def obj(vertices: Vertices, faces: Faces) -> bytes:
+    """A Wavefront OBJ file."""
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    return ("\n".join(lines) + "\n").encode()
 
 
-def _grid_faces(rows: int, columns: int, *, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:
-    i = np.arange(rows if wrap_rows else rows - 1)
-    j = np.arange(columns if wrap_columns else columns - 1)
-    i, j = (a.ravel() for a in np.meshgrid(i, j, indexing="ij"))
+def _gltf(vertices: Vertices, faces: Faces) -> tuple[dict[str, object], bytes]:
+    positions, indices = vertices.astype("<f4"), faces.astype("<u4")
+    binary = positions.tobytes() + indices.tobytes()
+    views = [
+        {"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes},
+        {"buffer": 0, "byteOffset": positions.nbytes, "byteLength": indices.nbytes},
+    ]
+    accessors = [
+        {
+            "bufferView": 0,
+            "componentType": 5126,
+            "count": len(positions),
+            "type": "VEC3",
+            "min": [float(value) for value in positions.min(axis=0)],
+            "max": [float(value) for value in positions.max(axis=0)],
+        },
+        {"bufferView": 1, "componentType": 5125, "count": indices.size, "type": "SCALAR"},
+    ]
+    document: dict[str, object] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [{"byteLength": len(binary)}],
+        "bufferViews": views,
+        "accessors": accessors,
+    }
+    return document, binary
 
-    def at(row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        return (row % rows) * columns + column % columns
 
-    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+def glb(vertices: Vertices, faces: Faces) -> bytes:
+    """A binary glTF file."""
+    document, binary = _gltf(vertices, faces)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    body = struct.pack("<II", len(text), 0x4E4F534A) + text
+    body += struct.pack("<II", len(binary), 0x004E4942) + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def gltf(vertices: Vertices, faces: Faces, buffer_name: str) -> tuple[bytes, bytes]:
+    """A glTF file and the buffer it names."""
+    document, binary = _gltf(vertices, faces)
+    document["buffers"] = [{"byteLength": len(binary), "uri": buffer_name}]
+    return json.dumps(document).encode(), binary

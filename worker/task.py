@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from pathlib import PurePath
 
 from rq.timeouts import JobTimeoutException
 
@@ -86,10 +87,9 @@ def _store_artifacts(
 ) -> dict[str, Artifact]:
     report = refinement.report.model_dump_json().encode()
     table = diagnostics_csv(refinement.report.solver).encode()
-    stem = record.source.name.rpartition(".")[0] or record.source.name
-    suffix = record.source.name[len(stem) :]
+    stem = PurePath(record.source.name).stem
     contents = {
-        "mesh": (refinement.data, refinement.media_type, f"{stem}.refined{suffix}"),
+        "mesh": (refinement.data, refinement.media_type, refinement.name),
         "report": (report, "application/json", f"{stem}.report.json"),
         "diagnostics_csv": (table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"),
     }

@@ -1,0 +1,76 @@
+"""The HTTP application."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import FastAPI
+
+from meshcone.options import Options
+from service import health, jobs, problems, results
+from service.body_limit import BodyLimit
+from service.context import open_context
+from service.headers import SecurityHeaders
+from service.settings import ServiceSettings
+from worker.settings import load_settings
+
+DESCRIPTION = """\
+Send a mesh and its reference; get the mesh refined by a second-order cone program, the proof \
+that the answer is optimal, and a report.
+
+Every error is `application/problem+json` (RFC 9457) with a stable `type`."""
+
+
+class Application(FastAPI):
+    """FastAPI, with the one schema that no route has for a parameter of its own."""
+
+    def openapi(self) -> dict[str, Any]:
+        """The API's description, with the options that a form field carries as JSON."""
+        document = super().openapi()
+        schema = Options.model_json_schema(ref_template="#/components/schemas/{model}")
+        definitions = schema.pop("$defs", {})
+        document["components"]["schemas"].update({**definitions, "Options": schema})
+        return document
+
+
+def create_app(settings: ServiceSettings | None = None) -> FastAPI:
+    """Build the application; it connects to the broker when it starts, not before.
+
+    Raises:
+        InputError: the environment's settings cannot be used.
+    """
+    settings = settings or load_settings(ServiceSettings)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        with open_context(settings) as context:
+            app.state.context = context
+            yield
+
+    app = Application(
+        title="MeshCone",
+        version=version("meshcone"),
+        description=DESCRIPTION,
+        lifespan=lifespan,
+        docs_url=None,  # the page loads its scripts from another site
+        redoc_url=None,
+        responses={
+            "default": {
+                "description": "a problem",
+                "content": {
+                    problems.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}
+                },
+            }
+        },
+    )
+    app.state.settings = settings
+    app.include_router(jobs.router)
+    app.include_router(results.router)
+    app.include_router(health.router)
+    problems.install_handlers(app)
+    app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
+    app.add_middleware(SecurityHeaders)
+    return app

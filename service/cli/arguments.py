@@ -1,0 +1,40 @@
+"""Arguments that more than one command takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meshcone.options import Options, parse_assignments, parse_options
+
+Source = Annotated[
+    Path,
+    typer.Argument(metavar="SOURCE", help="The mesh: .obj, .glb or .gltf.", show_default=False),
+]
+Reference = Annotated[
+    Path,
+    typer.Argument(metavar="REFERENCE", help="The mesh it should have been.", show_default=False),
+]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set an option, such as surface.edge_cap=2.5; can be repeated.",
+        show_default=False,
+    ),
+]
+
+
+def options_from(assignments: list[str] | None, formulation: str | None = None) -> Options:
+    """The options that ``--set`` and ``--formulation`` ask for.
+
+    Raises:
+        InputError: one of them does not exist or is out of range.
+    """
+    document = parse_assignments(assignments or ())
+    if formulation is not None:
+        document["formulation"] = formulation
+    return parse_options(document)

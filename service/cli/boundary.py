@@ -1,0 +1,52 @@
+"""Where the command line ends: errors become one line and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from typing import Any
+
+import typer
+from typer.main import get_command
+
+from meshcone.errors import InternalError, MeshConeError
+
+BAD_INPUT = 2
+INTERNAL = 3
+
+
+class CommandLine(typer.Typer):
+    """A Typer application whose errors are one line on stderr, never a traceback.
+
+    Exit codes: what a command returns or 0; 2 for files, options or arguments that cannot be
+    used; 3 for faults of ours. ``MESHCONE_DEBUG=1`` adds the traceback.
+    """
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command that the arguments name, and exit."""
+        sys.exit(self._run(*args, **kwargs))
+
+    def _run(self, *args: Any, **kwargs: Any) -> int:
+        try:
+            code = get_command(self)(*args, prog_name="meshcone", standalone_mode=False, **kwargs)
+        except typer.TyperException as error:
+            # Asked for nothing, it answers with its help, whose lines stay as they are.
+            if type(error).__name__ == "NoArgsIsHelpError":
+                typer.echo(error.format_message(), err=True)
+                return BAD_INPUT
+            return _fail(error.format_message(), BAD_INPUT)
+        except MeshConeError as error:
+            return _fail(str(error), INTERNAL if isinstance(error, InternalError) else BAD_INPUT)
+        except typer.Abort:
+            return _fail("aborted", BAD_INPUT)
+        except Exception as error:  # noqa: BLE001 - the last boundary: nobody is left to handle it
+            return _fail(f"unexpected {type(error).__name__}: {error}", INTERNAL)
+        return code if isinstance(code, int) else 0
+
+
+def _fail(message: str, code: int) -> int:
+    if os.environ.get("MESHCONE_DEBUG") == "1":
+        traceback.print_exc()
+    print("meshcone:", " ".join(message.split()), file=sys.stderr)
+    return code

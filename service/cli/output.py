@@ -1,0 +1,63 @@
+"""Files that are either written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from meshcone.errors import InputError
+
+
+def write_together(contents: Mapping[Path, bytes]) -> None:
+    """Write files beside their places first, and move them there when all are complete.
+
+    Raises:
+        InputError: one of them cannot be written; then none is.
+    """
+    written: dict[Path, Path] = {}
+    try:
+        for path, data in contents.items():
+            written[path] = _write_beside(path, data)
+        for path, temporary in written.items():
+            temporary.replace(path)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot be written: {reason}", file=str(path)) from None
+    finally:
+        for temporary in written.values():
+            temporary.unlink(missing_ok=True)
+
+
+def require_writable(path: Path) -> None:
+    """Refuse a place that cannot be written before any work is done for it.
+
+    Raises:
+        InputError: its directory does not exist, or it is a directory itself.
+    """
+    if path.is_dir():
+        raise InputError("cannot be written: is a directory", file=str(path))
+    if not path.parent.is_dir():
+        raise InputError("cannot be written: its directory does not exist", file=str(path))
+    if not os.access(path.parent, os.W_OK):
+        raise InputError("cannot be written: permission denied", file=str(path))
+
+
+def _write_beside(path: Path, data: bytes) -> Path:
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    temporary = Path(name)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        temporary.chmod(0o666 & ~_umask())  # mkstemp's 0600 is for secrets
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+    return temporary
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

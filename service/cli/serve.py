@@ -1,0 +1,42 @@
+"""``meshcone serve``: everything on this machine."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+LOOK_INTERVAL = 0.5  # seconds between looks whether everything still runs
+
+
+def command(
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")
+    ] = 8000,
+    workers: Annotated[
+        int, typer.Option(min=1, max=256, help="Worker processes; each solves one job at a time.")
+    ] = 1,
+    data_dir: Annotated[
+        Path | None,
+        typer.Option(help="Where jobs and files are kept. [default: ./meshcone-data]"),
+    ] = None,
+) -> None:
+    """Run the service: API, workers and, unless MESHCONE_REDIS_URL is set, a broker."""
+    from service.stack import Stack
+    from worker.settings import WorkerSettings, load_settings
+
+    settings = load_settings(WorkerSettings)
+    if data_dir is not None:
+        settings = settings.model_copy(update={"data_dir": data_dir})
+    stopping = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda _number, _frame: stopping.set())
+    with Stack(settings, host=host, port=port, workers=workers, given_up=stopping.is_set) as stack:
+        if not stopping.is_set():
+            typer.echo(f"MeshCone listens on {stack.url} (Ctrl-C ends it)")
+        while not stopping.wait(LOOK_INTERVAL):
+            stack.check()

@@ -1,0 +1,55 @@
+"""What a request handler works with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from fastapi import Depends, Request
+
+from worker.blobs import BlobStore
+from worker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
+from worker.ledger import Ledger
+from worker.queue import JobQueue
+
+if TYPE_CHECKING:
+    from service.settings import ServiceSettings
+
+
+@dataclass(frozen=True)
+class Context:
+    """The rooms behind the front end, connected."""
+
+    settings: ServiceSettings
+    ledger: Ledger
+    queue: JobQueue
+    blobs: BlobStore
+
+
+@contextmanager
+def open_context(settings: ServiceSettings) -> Iterator[Context]:
+    """Connect; nothing is sent before it is needed, so a broker that is down is no obstacle.
+
+    Raises:
+        InputError: no broker is configured.
+    """
+    url = settings.required_redis_url()
+    queue_client = connect_bytes(url)
+    queue_client.connection_pool.connection_kwargs["socket_timeout"] = REPLY_TIMEOUT
+    with connect_text(url) as ledger_client, queue_client:
+        yield Context(
+            settings=settings,
+            ledger=Ledger(ledger_client),
+            queue=JobQueue(settings, queue_client),
+            blobs=BlobStore.open(settings),
+        )
+
+
+def _context(request: Request) -> Context:
+    context: Context = request.app.state.context
+    return context
+
+
+ContextDependency = Annotated[Context, Depends(_context)]

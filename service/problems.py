@@ -1,0 +1,168 @@
+"""Every error of the API, as RFC 9457 problem details."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
+from redis.exceptions import RedisError
+from starlette.exceptions import HTTPException
+
+from meshcone.errors import ErrorKind, MeshConeError
+from service.headers import SECURITY_HEADERS
+from worker.records import JobError
+
+logger = logging.getLogger(__name__)
+
+MEDIA_TYPE = "application/problem+json"
+TYPE_PREFIX = "urn:meshcone:problem:"
+
+
+@dataclass(frozen=True)
+class ProblemType:
+    """One kind of problem: whose turn it is, the HTTP status and a title that never changes."""
+
+    kind: ErrorKind
+    status: int
+    title: str
+
+
+PROBLEM_TYPES: Mapping[str, ProblemType] = {
+    # what the engine and a job can say; the names are those of meshcone.errors
+    "input": ProblemType("input", 422, "The files or options cannot be used"),
+    "limit": ProblemType("limit", 413, "More than this installation accepts"),
+    "infeasible": ProblemType("infeasible", 422, "The constraints contradict each other"),
+    "timeout": ProblemType("timeout", 504, "The job ran out of time"),
+    "internal": ProblemType("internal", 500, "A fault of the service"),
+    # what only HTTP can say
+    "bad-request": ProblemType("input", 400, "The request cannot be read"),
+    "not-found": ProblemType("input", 404, "There is nothing here"),
+    "method-not-allowed": ProblemType("input", 405, "This cannot be done here"),
+    "media-type": ProblemType("input", 415, "The request is not a multipart form"),
+    "not-finished": ProblemType("input", 409, "The job has not finished"),
+    "job-failed": ProblemType("input", 409, "The job made no result"),
+    "unavailable": ProblemType("internal", 503, "The service cannot work just now"),
+}
+
+_BY_STATUS = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "limit"}
+
+
+class Problem(BaseModel):
+    """Problem details (RFC 9457), with three members of our own and a job's own error."""
+
+    type: str = Field(description="identifies the kind of problem; stable")
+    title: str = Field(description="the kind of problem in words; the same for each type")
+    status: int = Field(description="HTTP status this problem has, or would have had, as an answer")
+    detail: str = Field(description="what went wrong this time, in one line")
+    kind: ErrorKind = Field(
+        description="whose turn it is: input and limit are the sender's, infeasible is the "
+        "options', timeout and internal are the operator's"
+    )
+    file: str | None = Field(default=None, description="the sent file it concerns")
+    place: str | None = Field(default=None, description="where in that file")
+    error: Problem | None = Field(default=None, description="the error the job itself ended with")
+
+
+class ProblemError(Exception):
+    """Raised by a route to answer with a problem."""
+
+    def __init__(self, problem: Problem, headers: Mapping[str, str] | None = None) -> None:
+        super().__init__(problem.detail)
+        self.problem = problem
+        self.headers = headers
+
+
+def problem(
+    name: str,
+    detail: str,
+    *,
+    file: str | None = None,
+    place: str | None = None,
+    error: Problem | None = None,
+) -> Problem:
+    """A problem of one of the types above."""
+    problem_type = PROBLEM_TYPES[name]
+    return Problem(
+        type=TYPE_PREFIX + name,
+        title=problem_type.title,
+        status=problem_type.status,
+        detail=detail,
+        kind=problem_type.kind,
+        file=file,
+        place=place,
+        error=error,
+    )
+
+
+def problem_of(error: MeshConeError | JobError) -> Problem:
+    """The problem an error of the engine, or of a job, amounts to."""
+    return problem(error.kind, error.message, file=error.file, place=error.place)
+
+
+def problem_response(answer: Problem, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    """The HTTP answer of a problem."""
+    return JSONResponse(
+        answer.model_dump(exclude_none=True),
+        status_code=answer.status,
+        headers={**SECURITY_HEADERS, **(headers or {})},
+        media_type=MEDIA_TYPE,
+    )
+
+
+def install_handlers(app: FastAPI) -> None:
+    """Have every exception of the application answered with a problem."""
+    app.add_exception_handler(ProblemError, _on_problem)
+    app.add_exception_handler(MeshConeError, _on_meshcone_error)
+    app.add_exception_handler(RequestValidationError, _on_invalid_request)
+    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(RedisError, _on_broker_error)
+    app.add_exception_handler(Exception, _on_unexpected)
+
+
+def _on_problem(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, ProblemError)  # noqa: S101 - for the type checker
+    return problem_response(error.problem, error.headers)
+
+
+def _on_meshcone_error(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, MeshConeError)  # noqa: S101 - for the type checker
+    return problem_response(problem_of(error))
+
+
+def _on_invalid_request(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)  # noqa: S101 - for the type checker
+    first: dict[str, Any] = error.errors()[0]
+    place, *path = [str(part) for part in first["loc"]]
+    name = ".".join(path)
+    return problem_response(problem("input", f"{place} parameter '{name}': {first['msg'].lower()}"))
+
+
+def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)  # noqa: S101 - for the type checker
+    name = _BY_STATUS.get(error.status_code, "internal")
+    details = {
+        "not-found": f"there is nothing at {request.url.path}",
+        "method-not-allowed": f"{request.method} is not possible at {request.url.path}",
+    }
+    return problem_response(problem(name, details.get(name, error.detail)), error.headers)
+
+
+def _on_broker_error(_request: Request, error: Exception) -> JSONResponse:
+    logger.error("the broker cannot be used: %s", error)
+    return problem_response(
+        problem("unavailable", "the job broker cannot be reached; try again later"),
+        {"Retry-After": "5"},
+    )
+
+
+def _on_unexpected(_request: Request, _error: Exception) -> JSONResponse:
+    # The server logs the exception; it says nothing to, and is not meant for, the caller.
+    return problem_response(
+        problem("internal", "an unexpected error in the service; it has been logged")
+    )

@@ -1,0 +1,144 @@
+"""The multipart form that submits a job."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterable
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from fastapi import Request
+from starlette.datastructures import FormData, UploadFile
+
+from meshcone.errors import InputError, LimitError
+from meshcone.options import Options, parse_options_json
+from service.problems import ProblemError, problem
+from service.settings import ServiceSettings
+
+FIELDS = ("source", "reference", "options", "resources", "label")
+NAME_LENGTH = 255  # characters; what common file systems allow
+LABEL_LENGTH = 200  # characters
+OPTIONS_BYTES = 1024 * 1024
+
+
+@dataclass(frozen=True)
+class Upload:
+    """A sent file, spooled to disk if it is large."""
+
+    name: str
+    file: BinaryIO
+    size: int
+
+    def read(self) -> bytes:
+        """All of its bytes."""
+        self.file.seek(0)
+        return self.file.read()
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A form whose fields are sound; nothing is known yet of what is in the files."""
+
+    source: Upload
+    reference: Upload
+    resources: tuple[Upload, ...]
+    options: Options
+    label: str | None
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files together."""
+        return sum(file.size for file in (self.source, self.reference, *self.resources))
+
+
+async def read_submission(request: Request) -> AsyncIterator[Submission]:
+    """The request's form, as a dependency; its temporary files are closed with the request.
+
+    Raises:
+        ProblemError: it is no multipart form.
+        InputError: a field is missing, unknown, repeated or of the wrong kind.
+        LimitError: it has too many files, or a field is too long.
+    """
+    if not request.headers.get("content-type", "").startswith("multipart/form-data"):
+        raise ProblemError(
+            problem("media-type", "send a multipart/form-data form (curl: -F source=@mesh.glb …)")
+        )
+    settings: ServiceSettings = request.app.state.settings
+    async with request.form(max_part_size=OPTIONS_BYTES) as form:
+        yield await _submission(form, settings)
+
+
+async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
+    for name in form:
+        if name not in FIELDS:
+            raise InputError(f"unknown form field '{name}'; the fields are {', '.join(FIELDS)}")
+    resources = tuple(_upload("resources", value) for value in form.getlist("resources"))
+    if len(resources) > settings.max_resources:
+        raise LimitError(
+            f"{len(resources)} resources are more than the {settings.max_resources} accepted here"
+        )
+    _require_distinct(resource.name for resource in resources)
+    return Submission(
+        source=_upload("source", _single(form, "source")),
+        reference=_upload("reference", _single(form, "reference")),
+        resources=resources,
+        options=await _options(form),
+        label=_label(form),
+    )
+
+
+def _single(form: FormData, name: str) -> UploadFile | str | None:
+    values = form.getlist(name)
+    if len(values) > 1:
+        raise InputError(f"form field '{name}' is sent {len(values)} times; send it once")
+    return values[0] if values else None
+
+
+def _upload(field: str, value: UploadFile | str | None) -> Upload:
+    if value is None:
+        raise InputError(f"form field '{field}' is missing: send the mesh file in it")
+    if isinstance(value, str):
+        raise InputError(
+            f"form field '{field}' must be a file with a file name "
+            f"(curl: -F {field}=@mesh.glb), found plain text"
+        )
+    name = _file_name(value.filename or "")
+    if not name:
+        raise InputError(f"the file in form field '{field}' has no name")
+    return Upload(name, value.file, value.size or 0)
+
+
+def _file_name(sent: str) -> str:
+    # Some clients send a path, of their own machine and in its own spelling.
+    last = sent.replace("\\", "/").rpartition("/")[2]
+    printable = "".join(character for character in last if character.isprintable())
+    return printable[-NAME_LENGTH:]
+
+
+def _require_distinct(names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError("two resources have this name", file=name)
+        seen.add(name)
+
+
+async def _options(form: FormData) -> Options:
+    value = _single(form, "options")
+    if value is None:
+        raise InputError("form field 'options' is missing: send {} for the defaults")
+    if isinstance(value, str):
+        return parse_options_json(value)
+    if (value.size or 0) > OPTIONS_BYTES:
+        raise LimitError(f"options are longer than the {OPTIONS_BYTES} bytes accepted here")
+    return parse_options_json(await value.read())
+
+
+def _label(form: FormData) -> str | None:
+    value = _single(form, "label")
+    if value is None or value == "":
+        return None
+    if not isinstance(value, str):
+        raise InputError("form field 'label' must be plain text, found a file")
+    if len(value) > LABEL_LENGTH or not value.isprintable():
+        raise InputError(f"form field 'label' must be one line of up to {LABEL_LENGTH} characters")
+    return value
