@@ -27,7 +27,7 @@ def transform_vectors(
 
 def restore_points(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(k, 3) points that a regular (4, 4) affine matrix maps to the given ones."""
-    inverse: NDArray[np.float64] = np.linalg.inv(matrix[:3, :3])
+    inverse = np.linalg.inv(matrix[:3, :3]).astype(np.float64)
     return transform_vectors(inverse, points - matrix[:3, 3])
 
 

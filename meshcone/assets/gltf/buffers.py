@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 from urllib.parse import unquote, unquote_to_bytes
 
-from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.document import MESHOPT, Document
 from meshcone.assets.gltf.element import Element
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
@@ -67,7 +67,7 @@ class Buffers:
         uri = element.text("uri")
         if uri is None:
             if index != 0 or self._binary is None:
-                raise element.error("uri", f"buffer {index} has no data")
+                raise element.error("uri", f"buffer {index} has no data{_compression(element)}")
             buffer = Buffer(self._binary, length, "binary")
         elif uri[:5].lower() == "data:":
             buffer = Buffer(_decode_data_uri(uri, element), length, "data")
@@ -87,6 +87,12 @@ class Buffers:
             if name in self._resources:
                 return self._resources[name]
         raise element.error("uri", f"buffer names '{decoded[:80]}', which was not sent")
+
+
+def _compression(element: Element) -> str:
+    extensions = element.value.get("extensions")
+    found = [name for name in MESHOPT if isinstance(extensions, dict) and name in extensions]
+    return f" outside '{found[0]}'; export without compression" if found else ""
 
 
 def encode_data_uri(data: bytes, previous: str | None) -> str:

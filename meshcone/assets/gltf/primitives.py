@@ -64,6 +64,12 @@ class PrimitiveReader:
         assert position is not None  # noqa: S101 - the key was just found
         normal = self._attribute(attributes, "NORMAL", "VEC3", position)
         extensions = element.child("extensions")
+        draco = extensions is not None and DRACO in extensions.value
+        if draco and position.dense is None and position.sparse is None:
+            raise InputError(
+                f"the positions are stored in '{DRACO}' only; export without Draco compression",
+                place=element.pointer,
+            )
         return Primitive(
             element=element,
             position=position,
@@ -72,8 +78,7 @@ class PrimitiveReader:
             material=element.integer("material"),
             triangles=self._triangles(element, mode, position),
             morphed=bool(element.children("targets")),
-            compressed=(extensions is not None and DRACO in extensions.value)
-            or self._accessors.is_compressed(position),
+            compressed=draco or self._accessors.is_compressed(position),
         )
 
     def _attribute(
