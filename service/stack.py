@@ -18,7 +18,9 @@ import httpx
 from meshcone.errors import InternalError
 from service.server import listen
 from worker.broker import EmbeddedBroker
+from worker.connections import connect_bytes
 from worker.lifeline import tied_command
+from worker.queue import JobQueue
 from worker.settings import WorkerSettings
 
 READY_TIMEOUT = 60.0  # seconds; a worker imports the solver first, 2.5 s on an idle machine
@@ -173,7 +175,10 @@ class Stack:
             answer = httpx.get(f"{self.url}/readyz", timeout=5, trust_env=False)
         except httpx.TransportError:
             return False
-        return answer.is_success and answer.json()["workers"] >= self._workers
+        with connect_bytes(self.redis_url) as client:
+            registered = JobQueue(self._settings, client).local_worker_pids()
+        # Workers of a stack that was killed are still registered for a while: look for ours.
+        return answer.is_success and registered.issuperset(self.worker_pids())
 
 
 def _environment(settings: WorkerSettings) -> dict[str, str]:

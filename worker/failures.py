@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_WORTH_ANOTHER_TRY = (AbandonedJobError, RedisError, BlobStoreError, OSError)
+TIMEOUT_MESSAGE = "the job took longer than this installation allows (MESHCONE_JOB_TIMEOUT)"
+
+_WORTH_ANOTHER_TRY = (AbandonedJobError, RedisError, BlobStoreError)
 
 
 def give_up_attempt(ledger: Ledger, record: JobRecord, attempts: int) -> bool:
@@ -35,9 +37,7 @@ def give_up_attempt(ledger: Ledger, record: JobRecord, attempts: int) -> bool:
     if record.attempt < attempts:
         ledger.retry(record.id, record.attempt)
         return True
-    error = InternalError(
-        f"the worker died {record.attempt} times on this job; it is not tried again"
-    )
+    error = InternalError(f"the job was interrupted {record.attempt} times; it is not tried again")
     ledger.fail(record.id, record.attempt, JobError.of(error))
     return False
 
@@ -77,9 +77,7 @@ class FailureRecorder:
             if age > job.timeout:
                 self._fail(
                     job,
-                    SolveTimeoutError(
-                        f"the job took longer than the {job.timeout} s this installation allows"
-                    ),
+                    SolveTimeoutError(TIMEOUT_MESSAGE),
                 )
                 return
         self._give_up_attempt(job)

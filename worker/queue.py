@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import socket
 from typing import TYPE_CHECKING
 
-from rq import Queue, Retry
+from rq import Queue, Retry, worker_registration
 from rq.serializers import JSONSerializer
 
 if TYPE_CHECKING:
@@ -44,5 +45,13 @@ class JobQueue:
 
     def worker_count(self) -> int:
         """Workers of this queue whose heartbeat has not run out."""
-        keys = self.rq.connection.smembers(f"rq:workers:{self.rq.name}")
-        return sum(self.rq.connection.exists(key) for key in keys)
+        return sum(self.rq.connection.exists(key) for key in self._worker_keys())
+
+    def local_worker_pids(self) -> set[int]:
+        """Process ids of those workers that run, or ran until a moment ago, on this machine."""
+        workers = (self.rq.connection.hmget(key, "pid", "hostname") for key in self._worker_keys())
+        here = socket.gethostname().encode()
+        return {int(pid) for pid, host in workers if pid is not None and host == here}
+
+    def _worker_keys(self) -> set[str]:
+        return worker_registration.get_keys(queue=self.rq)

@@ -14,7 +14,7 @@ from meshcone.refine import Refinement, refine
 from meshcone.report import diagnostics_csv
 from worker.blobs import BlobStore
 from worker.connections import connect_text
-from worker.failures import give_up_attempt
+from worker.failures import TIMEOUT_MESSAGE, give_up_attempt
 from worker.ledger import Ledger, TransitionRefusedError
 from worker.progress import ProgressReporter
 from worker.records import Artifact, JobError, JobRecord, StoredFile
@@ -33,7 +33,7 @@ def run(job_id: str) -> None:
     ledger = Ledger(connect_text(settings.required_redis_url()))
     try:
         attempt = _begin(ledger, job_id, settings)
-        _run_attempt(ledger, BlobStore.open(settings), job_id, attempt, settings)
+        _run_attempt(ledger, BlobStore.open(settings), job_id, attempt)
     except TransitionRefusedError as refusal:
         # Canceled, or taken up by another worker that thought this one dead.
         logger.warning("left alone: %s", refusal)
@@ -46,9 +46,7 @@ def _begin(ledger: Ledger, job_id: str, settings: WorkerSettings) -> int:
     return ledger.begin(job_id)
 
 
-def _run_attempt(
-    ledger: Ledger, blobs: BlobStore, job_id: str, attempt: int, settings: WorkerSettings
-) -> None:
+def _run_attempt(ledger: Ledger, blobs: BlobStore, job_id: str, attempt: int) -> None:
     record = ledger.get(job_id)
     error: MeshConeError
     try:
@@ -62,9 +60,7 @@ def _run_attempt(
     except MeshConeError as found:
         error = found
     except JobTimeoutException:
-        error = SolveTimeoutError(
-            f"the job took longer than the {settings.job_timeout} s this installation allows"
-        )
+        error = SolveTimeoutError(TIMEOUT_MESSAGE)
     except MemoryError:
         error = LimitError("the job needs more memory than this installation has")
     else:

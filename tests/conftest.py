@@ -1,0 +1,48 @@
+"""What tests of several kinds share: meshes made here, and one running service."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.stack import Stack
+from tests import shapes
+from worker.settings import WorkerSettings
+
+
+@pytest.fixture(scope="session")
+def ball() -> MeshFile:
+    """The reference: a smooth ball."""
+    return MeshFile("ball.obj", shapes.obj(*shapes.sphere()))
+
+
+@pytest.fixture(scope="session")
+def rough_ball() -> MeshFile:
+    """The source: the ball with noise."""
+    vertices, faces = shapes.sphere()
+    return MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))
+
+
+@pytest.fixture(scope="session")
+def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the session's service keeps its data."""
+    return tmp_path_factory.mktemp("service")
+
+
+@pytest.fixture(scope="session")
+def stack(data_dir: Path) -> Iterator[Stack]:
+    """Broker, API and a worker, in processes of their own."""
+    settings = WorkerSettings(data_dir=data_dir, monitoring_interval=1)
+    with Stack(settings, log=data_dir / "service.log") as running:
+        yield running
+
+
+@pytest.fixture
+def client(stack: Stack) -> Iterator[Client]:
+    """A client of the session's service."""
+    with Client(stack.url) as connected:
+        yield connected

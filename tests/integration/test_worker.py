@@ -1,0 +1,170 @@
+"""A real worker process, and what happens to a job when things around it die."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.stack import Stack
+from tests import shapes
+from tests.integration.jobs import make_job
+from worker.blobs import BlobStore
+from worker.connections import connect_bytes, connect_text
+from worker.ledger import Ledger
+from worker.queue import JobQueue
+from worker.records import JobRecord, StoredFile
+from worker.settings import WorkerSettings
+
+PATIENCE = 60.0  # seconds
+
+
+@pytest.fixture
+def service_ledger(stack: Stack) -> Iterator[Ledger]:
+    with connect_text(stack.redis_url) as connection:
+        yield Ledger(connection)
+
+
+@pytest.fixture(scope="module")
+def slow_ball() -> MeshFile:
+    """A source large enough to be caught at work."""
+    vertices, faces = shapes.sphere(4)
+    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
+
+
+def test_a_job_whose_horse_is_killed_is_started_again_and_succeeds(
+    stack: Stack, client: Client, service_ledger: Ledger, slow_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = client.submit(slow_ball, ball)
+
+    kill_horse(stack, service_ledger, job.id, attempt=1)
+
+    finished = client.wait(job.id, timeout=PATIENCE)
+    assert (finished.state, finished.attempt) == ("succeeded", 2)
+
+
+def test_a_job_that_kills_every_horse_fails_as_a_fault_of_the_service(
+    stack: Stack, client: Client, service_ledger: Ledger, slow_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = client.submit(slow_ball, ball)
+
+    for attempt in (1, 2, 3):
+        kill_horse(stack, service_ledger, job.id, attempt)
+
+    failed = client.wait(job.id, timeout=PATIENCE)
+    assert failed.state == "failed"
+    assert failed.error is not None
+    assert failed.error.kind == "internal"
+    assert failed.error.detail == "the job was interrupted 3 times; it is not tried again"
+
+
+def test_a_job_out_of_time_fails_as_a_timeout(
+    stack: Stack,
+    client: Client,
+    service_ledger: Ledger,
+    data_dir: Path,
+    slow_ball: MeshFile,
+    ball: MeshFile,
+) -> None:
+    impatient = WorkerSettings(data_dir=data_dir, job_timeout=1)
+    blobs = BlobStore.open(impatient)
+    record = make_job().model_copy(
+        update={
+            "source": stored(blobs, slow_ball),
+            "reference": stored(blobs, ball),
+            "options": {"quality": {"emd_samples": 8192}},  # well over a second of work
+        }
+    )
+    service_ledger.create(record)
+    with connect_bytes(stack.redis_url) as connection:
+        JobQueue(impatient, connection).enqueue(record.id)
+
+    failed = client.wait(record.id, timeout=PATIENCE)
+
+    assert failed.error is not None
+    assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "timeout")
+
+
+def test_a_file_that_only_the_worker_reads_fails_with_the_readers_message(
+    stack: Stack, client: Client, service_ledger: Ledger, data_dir: Path
+) -> None:
+    settings = WorkerSettings(data_dir=data_dir)
+    empty = stored(BlobStore.open(settings), MeshFile("empty.obj", b""))
+    record = make_job().model_copy(update={"source": empty, "reference": empty})
+    service_ledger.create(record)
+    with connect_bytes(stack.redis_url) as connection:
+        JobQueue(settings, connection).enqueue(record.id)
+
+    failed = client.wait(record.id, timeout=PATIENCE)
+
+    assert failed.error is not None
+    assert (failed.error.kind, failed.error.file) == ("input", "empty.obj")
+    assert "empty" in failed.error.detail
+
+
+def test_a_missing_blob_is_a_fault_of_the_service_and_shows_no_path(
+    stack: Stack, client: Client, service_ledger: Ledger, data_dir: Path
+) -> None:
+    record = make_job()  # whose files nobody stored
+    service_ledger.create(record)
+    with connect_bytes(stack.redis_url) as connection:
+        JobQueue(WorkerSettings(data_dir=data_dir), connection).enqueue(record.id)
+
+    failed = client.wait(record.id, timeout=PATIENCE)
+
+    assert failed.error is not None
+    assert (failed.attempt, failed.error.kind) == (1, "internal")
+    assert str(data_dir) not in failed.error.detail
+
+
+def test_horse_ends_with_its_worker(tmp_path: Path, slow_ball: MeshFile, ball: MeshFile) -> None:
+    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as doomed:
+        with Client(doomed.url) as client, connect_text(doomed.redis_url) as connection:
+            job = client.submit(slow_ball, ball)
+            wait_for(lambda: Ledger(connection).get(job.id).state == "running")
+        [worker] = doomed.worker_pids()
+        [horse] = children(worker)
+
+        os.kill(worker, signal.SIGKILL)
+
+        wait_for(lambda: has_ended(horse))
+
+
+def stored(blobs: BlobStore, mesh: MeshFile) -> StoredFile:
+    return StoredFile(name=mesh.name, digest=blobs.put(mesh.data), size=len(mesh.data))
+
+
+def kill_horse(stack: Stack, ledger: Ledger, job_id: str, attempt: int) -> None:
+    def is_running() -> bool:
+        record: JobRecord = ledger.get(job_id)
+        return (record.state, record.attempt) == ("running", attempt)
+
+    wait_for(is_running)
+    [worker] = stack.worker_pids()
+    for horse in children(worker):
+        os.kill(horse, signal.SIGKILL)
+
+
+def children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def has_ended(pid: int) -> bool:
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text()
+    except FileNotFoundError:
+        return True
+    return status.rpartition(")")[2].split()[0] == "Z"  # dead, and not yet waited for
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.01)

@@ -1,0 +1,19 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = ("cvxpy", "scs", "trimesh", "igl", "meshcone.refine", "worker.task")
+
+
+@pytest.mark.parametrize("module", ["service.app", "service.cli", "service.stack", "worker.queue"])
+def test_the_front_end_starts_without_the_solver(module: str) -> None:
+    program = f"import sys, {module}; print([name for name in {HEAVY} if name in sys.modules])"
+
+    answer = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+
+    assert answer.stdout.strip() == "[]"

@@ -1,0 +1,109 @@
+"""What is wrong with a form is said before anything needs a broker."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+MESH = ("mug.obj", TRIANGLE)
+DEFAULTS = {"options": "{}"}
+
+
+def detail(http: TestClient, files: Any, data: dict[str, Any], status: int = 422) -> str:
+    answer = http.post("/v1/jobs", files=files, data=data)
+    assert answer.status_code == status, answer.text
+    found: str = answer.json()["detail"]
+    return found
+
+
+def both(source: Any = MESH, reference: Any = MESH) -> list[tuple[str, Any]]:
+    return [("source", source), ("reference", reference)]
+
+
+@pytest.mark.parametrize("missing", ["source", "reference"])
+def test_a_missing_mesh_is_named(http: TestClient, missing: str) -> None:
+    files = [(field, mesh) for field, mesh in both() if field != missing]
+
+    assert f"form field '{missing}' is missing" in detail(http, files, DEFAULTS)
+
+
+def test_missing_options_are_told_what_to_send(http: TestClient) -> None:
+    assert detail(http, both(), {}) == ("form field 'options' is missing: send {} for the defaults")
+
+
+def test_options_may_come_as_a_file(http: TestClient) -> None:
+    files = [*both(), ("options", ("options.json", b'{"sed": 1}'))]
+
+    assert detail(http, files, {}) == "unknown option 'sed'; did you mean 'seed'?"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ("nope", "options are not valid JSON"),
+        ("[]", "options must be a JSON object, found an array"),
+        ('{"sed": 1}', "unknown option 'sed'; did you mean 'seed'?"),
+        ('{"seed": -1}', "option 'seed': input should be greater than or equal to 0"),
+    ],
+)
+def test_options_that_cannot_be_used_are_explained(
+    http: TestClient, options: str, said: str
+) -> None:
+    assert detail(http, both(), {"options": options}) == said
+
+
+def test_a_misspelt_field_is_named_with_those_there_are(http: TestClient) -> None:
+    said = detail(http, [("source", MESH), ("refrence", MESH)], DEFAULTS)
+
+    assert said.startswith("unknown form field 'refrence'; the fields are source, reference")
+
+
+def test_a_mesh_sent_as_text_is_told_how_to_send_a_file(http: TestClient) -> None:
+    said = detail(http, [("reference", MESH)], {**DEFAULTS, "source": "mug.obj"})
+
+    assert "must be a file with a file name" in said
+
+
+def test_a_mesh_sent_twice_is_refused(http: TestClient) -> None:
+    assert "is sent 2 times" in detail(http, [*both(), ("source", MESH)], DEFAULTS)
+
+
+def test_two_resources_of_one_name_are_refused(http: TestClient) -> None:
+    files = [*both(), ("resources", ("a.bin", b"1")), ("resources", ("a.bin", b"2"))]
+
+    assert detail(http, files, DEFAULTS) == "two resources have this name"
+
+
+def test_more_resources_than_accepted_are_refused(http: TestClient) -> None:
+    files = both() + [("resources", (f"{number}.bin", b"")) for number in range(3)]
+
+    assert "3 resources are more than the 2 accepted" in detail(http, files, DEFAULTS, 413)
+
+
+def test_a_label_is_one_short_line(http: TestClient) -> None:
+    assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "x" * 201})
+    assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "a\nb"})
+
+
+def test_a_path_in_a_file_name_is_not_repeated(http: TestClient) -> None:
+    answer = http.post(
+        "/v1/jobs", files=both(source=("C:\\work\\/home/me/mug.obj", b"")), data=DEFAULTS
+    )
+
+    assert answer.json()["file"] == "mug.obj"
+
+
+def test_a_mesh_in_a_format_that_cannot_be_written_is_refused_as_source(http: TestClient) -> None:
+    ply = (
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        b"property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+        b"end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+
+    answer = http.post("/v1/jobs", files=both(source=("mug.ply", ply)), data=DEFAULTS)
+
+    assert answer.status_code == 422
+    assert answer.json()["file"] == "mug.ply"
