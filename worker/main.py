@@ -25,16 +25,18 @@ def main() -> None:
         os.environ.setdefault(variable, "1")
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
 
+    from worker.settings import WorkerSettings, load_settings
+
+    settings = load_settings(WorkerSettings)
+    url = settings.required_redis_url()
+
     import worker.task  # noqa: F401 - 2.5 s of imports, paid here once and not in every horse
     from worker.connections import connect_bytes, connect_text
     from worker.failures import FailureRecorder
     from worker.ledger import Ledger
     from worker.queue import JobQueue
     from worker.rq_worker import TiedWorker
-    from worker.settings import WorkerSettings, load_settings
 
-    settings = load_settings(WorkerSettings)
-    url = settings.required_redis_url()
     recorder = FailureRecorder(Ledger(connect_text(url)), settings.attempts)
     connection = connect_bytes(url)
     queue = JobQueue(settings, connection).rq

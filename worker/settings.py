@@ -21,10 +21,15 @@ Settings = TypeVar("Settings", bound=BaseSettings)
 class WorkerSettings(BaseSettings):
     """Settings of everything behind the HTTP front end."""
 
-    model_config = SettingsConfigDict(env_prefix=ENVIRONMENT_PREFIX, frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix=ENVIRONMENT_PREFIX,
+        env_ignore_empty=True,  # an empty variable is how a compose file says "not set"
+        frozen=True,
+    )
 
     redis_url: str | None = Field(
         default=None,
+        pattern=r"^(redis|rediss|unix)://",
         description="broker, as redis://, rediss:// or unix://; `meshcone serve` brings its own",
     )
     data_dir: Path = Field(
@@ -32,6 +37,7 @@ class WorkerSettings(BaseSettings):
     )
     blob_url: str | None = Field(
         default=None,
+        pattern=r"^[a-z0-9]+://",
         description="object store for the files, such as s3://bucket/prefix; "
         "by default the directory `blobs` in data_dir",
     )

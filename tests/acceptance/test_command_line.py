@@ -1,0 +1,197 @@
+"""The command line as its user sees it: files, one-line errors and exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from meshcone.files import MeshFile
+from tests import shapes
+
+Finished = subprocess.CompletedProcess[str]
+
+
+@pytest.fixture
+def directory(tmp_path: Path, rough_ball: MeshFile, ball: MeshFile) -> Path:
+    """A directory with a pair of meshes in it."""
+    (tmp_path / "rough.obj").write_bytes(rough_ball.data)
+    (tmp_path / "ball.obj").write_bytes(ball.data)
+    return tmp_path
+
+
+def meshcone(directory: Path, *arguments: str, **variables: str) -> Finished:
+    return subprocess.run(
+        [sys.executable, "-m", "service.cli", *arguments],
+        cwd=directory,
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def assert_refused(finished: Finished, said: str, code: int = 2) -> None:
+    assert finished.returncode == code
+    assert said in finished.stderr
+    assert finished.stderr.startswith("meshcone: ")
+    assert finished.stderr.count("\n") == 1
+
+
+def test_refine_writes_the_mesh_and_its_report(directory: Path) -> None:
+    finished = meshcone(
+        directory, "refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json"
+    )
+
+    report = json.loads((directory / "out.json").read_text())
+    assert (finished.returncode, finished.stdout, finished.stderr) == (0, "", "")
+    assert (directory / "out.obj").read_bytes().startswith(b"v ")
+    assert report["outcome"] == "improved"
+
+
+def test_refine_takes_options_one_by_one(directory: Path) -> None:
+    meshcone(
+        directory,
+        *("refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json"),
+        *("--formulation", "centroid", "--set", "seed=5", "--set", "quality.samples=100"),
+    )
+
+    options = json.loads((directory / "out.json").read_text())["options"]
+    assert (options["formulation"], options["seed"]) == ("centroid", 5)
+    assert options["quality"]["samples"] == 100
+
+
+def test_refine_finds_the_buffer_beside_a_gltf(directory: Path) -> None:
+    vertices, faces = shapes.sphere()
+    document, buffer = shapes.gltf(shapes.noisy(vertices), faces, "rough%20data.bin")
+    (directory / "rough.gltf").write_bytes(document)
+    (directory / "rough data.bin").write_bytes(buffer)
+
+    assert meshcone(directory, "refine", "rough.gltf", "ball.obj", "-o", "out.gltf").returncode == 0
+    assert "buffers" in json.loads((directory / "out.gltf").read_text())
+
+
+def test_refine_does_not_follow_a_gltf_out_of_its_directory(directory: Path) -> None:
+    inside = directory / "inside"
+    inside.mkdir()
+    document, buffer = shapes.gltf(*shapes.sphere(1), "../secret.bin")
+    (directory / "secret.bin").write_bytes(buffer)
+    (inside / "ball.gltf").write_bytes(document)
+
+    finished = meshcone(inside, "refine", "ball.gltf", "../ball.obj", "-o", "out.gltf")
+
+    assert_refused(finished, "which was not sent")
+
+
+def test_measure_prints_numbers_or_json(directory: Path) -> None:
+    table = meshcone(directory, "measure", "rough.obj", "ball.obj")
+    document = meshcone(directory, "measure", "rough.obj", "ball.obj", "--json")
+
+    assert "point_to_surface.mean" in table.stdout
+    assert json.loads(document.stdout)["quality"]["input"]["point_to_surface"]["mean"] > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere.obj", "ball.obj", "-o", "out.obj"], "nowhere.obj: cannot be read"),
+        (["bad.obj", "ball.obj", "-o", "out.obj"], "bad.obj"),
+        (["rough.obj", "bad.obj", "-o", "out.obj"], "bad.obj"),
+        (["rough.obj", "ball.obj", "-o", "out.glb"], "its name must end in '.obj'"),
+        (["rough.obj", "ball.obj", "-o", "nowhere/out.obj"], "its directory does not exist"),
+        (["rough.obj", "ball.obj"], "Missing option"),
+        (["rough.obj"], "Missing argument"),
+        (["rough.obj", "ball.obj", "-o", "out.obj", "--set", "sed=1"], "did you mean 'seed'"),
+        (["rough.obj", "ball.obj", "-o", "out.obj", "--set", "seed"], "expected KEY=VALUE"),
+        (["rough.obj", "ball.obj", "-o", "out.obj", "--formulation", "x"], "'formulation'"),
+        (["rough.obj", "ball.obj", "-o", "out.obj", "--bogus"], "No such option"),
+    ],
+)
+def test_what_cannot_be_refined_is_told_in_one_line_and_leaves_nothing_behind(
+    directory: Path, arguments: list[str], said: str
+) -> None:
+    (directory / "bad.obj").write_text("Dear diary,\n")
+    before = sorted(directory.iterdir())
+
+    assert_refused(meshcone(directory, "refine", *arguments), said)
+    assert sorted(directory.iterdir()) == before
+
+
+def test_an_existing_file_survives_a_refusal(directory: Path) -> None:
+    (directory / "out.obj").write_text("precious")
+    (directory / "bad.obj").write_text("Dear diary,\n")
+
+    meshcone(directory, "refine", "bad.obj", "ball.obj", "-o", "out.obj")
+
+    assert (directory / "out.obj").read_text() == "precious"
+
+
+def test_an_unknown_command_is_told_in_one_line(directory: Path) -> None:
+    assert_refused(meshcone(directory, "bogus"), "No such command")
+
+
+def test_without_arguments_it_shows_its_help(directory: Path) -> None:
+    assert "Commands:" in meshcone(directory).stderr
+
+
+def test_a_worker_without_a_broker_says_what_to_do(directory: Path) -> None:
+    for command in ("worker", "api"):
+        finished = meshcone(directory, command, MESHCONE_REDIS_URL="")
+        assert_refused(finished, "MESHCONE_REDIS_URL is not set")
+
+
+def test_a_setting_that_cannot_be_used_is_named(directory: Path) -> None:
+    attempts = meshcone(directory, "serve", MESHCONE_ATTEMPTS="many")
+    broker = meshcone(directory, "serve", MESHCONE_REDIS_URL="localhost:6379")
+
+    assert_refused(attempts, "environment variable MESHCONE_ATTEMPTS")
+    assert_refused(broker, "environment variable MESHCONE_REDIS_URL")
+
+
+def test_serve_on_a_taken_port_is_told_in_one_line(directory: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        finished = meshcone(directory, "serve", "--port", str(port))
+
+    assert_refused(finished, f"cannot listen on 127.0.0.1 port {port}")
+    assert not (directory / "meshcone-data").exists()
+
+
+def test_serve_runs_until_it_is_told_to_stop_and_leaves_no_process(tmp_path: Path) -> None:
+    with (tmp_path / "log").open("w") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "service.cli", "serve", "--port", "0"],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+        )
+    try:
+        assert process.stdout is not None
+        assert "MeshCone listens on http://127.0.0.1:" in process.stdout.readline()
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=60) == 0
+    finally:
+        process.kill()
+        process.wait()
+    assert len(children) == 3  # broker, worker, API
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+
+
+def test_openapi_check_tells_a_stale_file(tmp_path: Path) -> None:
+    (tmp_path / "openapi.json").write_text("{}")
+
+    stale = meshcone(tmp_path, "openapi", "-o", "openapi.json", "--check")
+    written = meshcone(tmp_path, "openapi", "-o", "openapi.json")
+    current = meshcone(tmp_path, "openapi", "-o", "openapi.json", "--check")
+
+    assert_refused(stale, "is not current", code=1)
+    assert (written.returncode, current.returncode) == (0, 0)
