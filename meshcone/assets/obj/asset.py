@@ -79,19 +79,21 @@ class ObjAsset(Asset):
             return self._data
         # Keeping every line of every asset alive would cost several times its file's size.
         lines = scan_lines(self._data)
-        rows = np.array(lines.vertices, dtype=np.int64)
         digits = max(significant_digits(lines, lines.vertices), digits_for_extent(positions))
-        replace_vectors(lines.raw, rows[moved], positions[moved], digits)
-        if normals == "recompute" and lines.normals:
+        replace_vectors(
+            lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], digits
+        )
+        if normals == "recompute" and len(lines.normals):
             self._write_normals(lines, vertices)
         return b"".join(lines.raw)
 
     def _write_normals(self, lines: ObjLines, vertices: NDArray[np.float64]) -> None:
         stored = read_normals(lines)
         directions, changed = self._shared_normals(stored, vertices)
-        rows = np.array(lines.normals, dtype=np.int64)
         digits = significant_digits(lines, lines.normals)
-        replace_vectors(lines.raw, rows[changed], directions[changed], digits)
+        replace_vectors(
+            lines.raw, lines.normals[changed], stored[changed], directions[changed], digits
+        )
 
     def _shared_normals(
         self, stored: NDArray[np.float64], vertices: NDArray[np.float64]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.limits import Limits
-from meshcone.assets.obj.numbers import blocks, shown
+from meshcone.assets.obj.numbers import block_words, blocks, shown
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.errors import InputError
 
@@ -50,11 +50,10 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
     sizes_found, vertices_found, normals_found = [], [], []
     triangles = 0
     for block in blocks(lines.faces):
-        words = [lines.words(row)[1:] for row in block]
-        sizes = np.array([len(corners) for corners in words], dtype=np.int64)
+        sizes, corners = _split_corners(lines, block)
         triangles += int(np.maximum(sizes - 2, 0).sum())
         limits.check("faces", triangles, "triangles")
-        columns = _convert(list(chain.from_iterable(words)))
+        columns = _convert(corners)
         if columns is None:
             columns = _one_by_one(lines, block)
         sizes_found.append(sizes)
@@ -65,6 +64,17 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
     vertices = np.concatenate(vertices_found or empty)
     normals = np.concatenate(normals_found or empty)
     return _resolve(lines, sizes, vertices, normals)
+
+
+def _split_corners(lines: ObjLines, rows: list[int]) -> tuple[NDArray[np.int64], list[bytes]]:
+    """(p,) corners of each face, and the corners of all."""
+    words = block_words(lines, rows)
+    if words is not None and words.count(b"f") == len(rows):
+        starts = np.array([place for place, word in enumerate(words) if word == b"f"])
+        sizes = np.diff(starts, append=len(words)) - 1
+        return sizes, [word for word in words if word != b"f"]
+    faces = [lines.words(row)[1:] for row in rows]
+    return np.array([len(face) for face in faces]), list(chain.from_iterable(faces))
 
 
 def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
@@ -124,7 +134,7 @@ def _resolve(
     vertices: NDArray[np.int64],
     normals: NDArray[np.int64],
 ) -> ObjFaces:
-    rows = np.repeat(np.array(lines.faces, dtype=np.int64), sizes)
+    rows = np.repeat(lines.faces, sizes)
     resolved = _absolute(vertices, rows, lines.vertices)
     outside = np.flatnonzero((resolved < 0) | (resolved >= len(lines.vertices)))
     if len(outside):
@@ -144,19 +154,19 @@ def _resolve(
 
     whole = sizes >= 3
     if not whole.all():
-        place = lines.place(lines.faces[int(np.flatnonzero(~whole)[0])])
+        place = lines.place(int(lines.faces[~whole][0]))
         warnings.append(f"{place}: a face with fewer than 3 corners; ignored")
     kept = np.repeat(whole, sizes)
     return ObjFaces(resolved[kept], corner_normals[kept], sizes[whole], tuple(warnings))
 
 
 def _absolute(
-    indices: NDArray[np.int64], rows: NDArray[np.int64], statements: list[int]
+    indices: NDArray[np.int64], rows: NDArray[np.int64], statements: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Indices from 0; those out of range stay out of range."""
     if not (indices < 0).any():
         return indices - 1
-    before = np.searchsorted(np.array(statements, dtype=np.int64), rows)
+    before = np.searchsorted(statements, rows)
     return np.where(indices < 0, before + indices, indices - 1)
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from itertools import chain, islice
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,16 @@ BLOCK = 65_536
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
-def blocks(rows: Sequence[int]) -> Iterator[list[int]]:
+def blocks(rows: NDArray[np.int64]) -> Iterator[list[int]]:
     """Rows in runs short enough that their words fit in memory together."""
-    source = iter(rows)
-    while block := list(islice(source, BLOCK)):
-        yield block
+    for start in range(0, len(rows), BLOCK):
+        yield rows[start : start + BLOCK].tolist()
+
+
+def block_words(lines: ObjLines, rows: list[int]) -> list[bytes] | None:
+    """All words of a block of statements in a row; None if comments stand between them."""
+    joined = b"".join([lines.text[row] for row in rows])
+    return None if b"#" in joined else joined.split()
 
 
 def read_positions(lines: ObjLines) -> NDArray[np.float64]:
@@ -49,13 +53,13 @@ def shown(word: bytes) -> str:
 
 def _read_vectors(
     lines: ObjLines,
-    rows: Sequence[int],
+    rows: NDArray[np.int64],
     one_by_one: Callable[[ObjLines, int], tuple[float, float, float]],
 ) -> NDArray[np.float64]:
     vectors = np.empty((len(rows), 3))
     filled = 0
     for block in blocks(rows):
-        values = _convert([lines.words(row)[1:4] for row in block])
+        values = _convert(block_words(lines, block), len(block))
         if values is None:
             values = np.array([one_by_one(lines, row) for row in block])
         vectors[filled : filled + len(block)] = values
@@ -63,19 +67,24 @@ def _read_vectors(
     return vectors
 
 
-def _convert(words: list[list[bytes]]) -> NDArray[np.float64] | None:
-    """A block of vectors, or None if any of it needs a closer look."""
-    if any(len(vector) != 3 for vector in words):
+def _convert(words: list[bytes] | None, count: int) -> NDArray[np.float64] | None:
+    """A block of ``count`` vectors of equal width, or None if it needs a closer look."""
+    width, rest = divmod(len(words), count) if words else (0, 0)
+    if words is None or rest or width < 4:
         return None
-    flat = list(chain.from_iterable(words))
+    keyword = words[0]
+    # As many keywords as statements, and all of them in the first column: no statement is shorter.
+    if words[::width].count(keyword) != count or words.count(keyword) != count:
+        return None
     # float() also reads digits grouped by underscores, which OBJ does not know.
-    if b"_" in b"".join(flat):
+    columns = [words[column::width] for column in (1, 2, 3)]
+    if any(b"_" in b"".join(column) for column in columns):
         return None
     try:
-        values = np.array(list(map(float, flat)))
+        values = np.array([list(map(float, column)) for column in columns]).T
     except ValueError:
         return None
-    return values.reshape(-1, 3) if np.isfinite(values).all() else None
+    return values if np.isfinite(values).all() else None
 
 
 def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_PADDING = 16  # lets every statement be compared with any keyword
+_BLANKS: NDArray[np.bool_] = np.isin(np.arange(256), list(b" \t\n\r\v\f"))
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class ObjLines:
         raw: one entry per statement with its line ends; joined, they are the file.
         text: the same statements with line continuations turned into blanks.
         first_lines: 1-based number of each statement's first line in the file.
-        vertices, normals, textures, faces: rows of ``raw`` that hold v, vn, vt and f.
+        vertices, normals, faces: rows of ``raw`` that hold v, vn and f.
         objects: number of distinct objects, or groups if there are none, at least 1.
         materials: number of distinct material names.
     """
@@ -31,10 +33,9 @@ class ObjLines:
     raw: list[bytes]
     text: list[bytes]
     first_lines: range | NDArray[np.int64]
-    vertices: list[int]
-    normals: list[int]
-    textures: list[int]
-    faces: list[int]
+    vertices: NDArray[np.int64]
+    normals: NDArray[np.int64]
+    faces: NDArray[np.int64]
     objects: int
     materials: int
 
@@ -63,29 +64,45 @@ def scan_lines(data: bytes) -> ObjLines:
     if data.startswith(_BYTE_ORDER_MARK):
         text = [text[0].removeprefix(_BYTE_ORDER_MARK), *text[1:]]
 
-    rows: dict[bytes, list[int]] = {
-        keyword: [] for keyword in (b"v", b"vn", b"vt", b"f", b"o", b"g", b"usemtl")
-    }
-    sinks = {keyword: found.append for keyword, found in rows.items()}
-    for row, statement in enumerate(text):
-        words = statement.split(None, 1)
-        if words and (sink := sinks.get(words[0])) is not None:
-            sink(row)
+    keywords = _Keywords(text)
 
     def names(keyword: bytes) -> int:
-        return len({b" ".join(split_words(text[row])[1:]) for row in rows[keyword]})
+        rows = keywords.rows(keyword).tolist()
+        return len({b" ".join(split_words(text[row])[1:]) for row in rows})
 
     return ObjLines(
         raw=raw,
         text=text,
         first_lines=first_lines,
-        vertices=rows[b"v"],
-        normals=rows[b"vn"],
-        textures=rows[b"vt"],
-        faces=rows[b"f"],
+        vertices=keywords.rows(b"v"),
+        normals=keywords.rows(b"vn"),
+        faces=keywords.rows(b"f"),
         objects=names(b"o") or names(b"g") or 1,
         materials=names(b"usemtl"),
     )
+
+
+class _Keywords:
+    """Finds statements by keyword with array operations: files have millions of them."""
+
+    def __init__(self, text: list[bytes]) -> None:
+        lengths = np.fromiter(map(len, text), dtype=np.int64, count=len(text))
+        self._starts = np.cumsum(lengths) - lengths
+        self._characters = np.frombuffer(b"".join([*text, b"\n" * _PADDING]), dtype=np.uint8)
+        indented = np.flatnonzero(_BLANKS[self._characters[self._starts]])
+        end = len(self._characters) - _PADDING
+        for row in indented.tolist():
+            words = text[row].lstrip()
+            self._starts[row] = self._starts[row] + len(text[row]) - len(words) if words else end
+
+    def rows(self, keyword: bytes) -> NDArray[np.int64]:
+        """(k,) statements whose first word is the keyword."""
+        found = np.arange(len(self._starts))
+        for offset, character in enumerate(keyword):
+            found = found[self._characters[self._starts[found] + offset] == character]
+        ends = _BLANKS[self._characters[self._starts[found] + len(keyword)]]
+        named: NDArray[np.int64] = found[ends]
+        return named
 
 
 def _join_continued(lines: list[bytes]) -> tuple[list[bytes], NDArray[np.int64]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,39 +24,51 @@ _SAMPLED_STATEMENTS = 20_000
 def replace_vectors(
     raw: list[bytes],
     rows: NDArray[np.int64],
-    values: NDArray[np.float64],
+    old: NDArray[np.float64],
+    new: NDArray[np.float64],
     digits: int,
 ) -> None:
     """Put new values into statements, in place.
 
-    A coordinate whose written value would not change keeps its text, zeros and all.
+    Coordinates that do not change keep their text, zeros and all.
 
     Args:
         raw: the statements.
         rows: (k,) the statements to change.
-        values: (k, 3) what they shall say.
+        old: (k, 3) what they say.
+        new: (k, 3) what they shall say.
         digits: significant digits to write, 6 to 17.
     """
-    for row, vector in zip(rows.tolist(), values.tolist(), strict=True):
+    number = b"%%.%dg" % digits
+    x, y, z = (new + 0.0).T.tolist()  # adding zero turns -0.0 into 0.0
+    same_x, same_y, same_z = (old == new).T.tolist()
+    for item, row in enumerate(rows.tolist()):
         statement = raw[row]
         match = _VECTOR.match(statement)
         if match is None:
             raise AssertionError("a statement that was read as a vector no longer looks like one")
-        head, x, gap, y, gap_too, z = match.groups()
-        words = [_number(new, old, digits) for new, old in zip(vector, (x, y, z), strict=True)]
+        head, old_x, gap, old_y, second_gap, old_z = match.groups()
         raw[row] = b"".join(
-            (head, words[0], gap, words[1], gap_too, words[2], statement[match.end() :])
+            (
+                head,
+                old_x if same_x[item] else number % x[item],
+                gap,
+                old_y if same_y[item] else number % y[item],
+                second_gap,
+                old_z if same_z[item] else number % z[item],
+                statement[match.end() :],
+            )
         )
 
 
-def significant_digits(lines: ObjLines, rows: Sequence[int]) -> int:
+def significant_digits(lines: ObjLines, rows: NDArray[np.int64]) -> int:
     """The most digits the file spends on one of these numbers, between 6 and 17.
 
     An even sample of at most 20,000 statements decides.
     """
     step = max(1, len(rows) // _SAMPLED_STATEMENTS)
     most = _FEWEST_DIGITS
-    for row in rows[::step]:
+    for row in rows[::step].tolist():
         for word in lines.words(row)[1:4]:
             most = max(most, _digits(word))
     return min(most, _MOST_DIGITS)
@@ -78,8 +89,3 @@ def digits_for_extent(positions: NDArray[np.float64]) -> int:
 def _digits(word: bytes) -> int:
     mantissa = re.split(rb"[eE]", word, maxsplit=1)[0]
     return len(mantissa.lstrip(b"+-0.").replace(b".", b""))
-
-
-def _number(value: float, old: bytes, digits: int) -> bytes:
-    text = f"{value + 0.0:.{digits}g}"
-    return old if float(text) == float(f"{float(old):.{digits}g}") else text.encode()
