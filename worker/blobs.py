@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from contextlib import suppress
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Self
 
 import obstore
@@ -35,7 +34,7 @@ class BlobStore:
         """The store an installation is configured with."""
         if settings.blob_url is not None:
             return cls(from_url(settings.blob_url))
-        return cls(LocalStore(_absolute(settings.data_dir) / "blobs", mkdir=True))
+        return cls(LocalStore(settings.data_dir / "blobs", mkdir=True))
 
     def put(self, data: bytes) -> str:
         """Store bytes and return their digest, in hexadecimal digits."""
@@ -81,7 +80,3 @@ class BlobStore:
 def _path(digest: str) -> str:
     # Two digits spread the blobs over 256 directories; a single huge one is slow to list.
     return f"{digest[:2]}/{digest}"
-
-
-def _absolute(path: Path) -> Path:
-    return path.expanduser().resolve()

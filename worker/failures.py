@@ -57,8 +57,8 @@ class FailureRecorder:
         self,
         job: Job,
         kind: type[BaseException],
-        error: BaseException,
-        traceback: TracebackType | None,
+        _error: BaseException,
+        _traceback: TracebackType | None,
     ) -> None:
         """An exception left the task, or a job's worker was found dead (RQ's exception handler).
 
@@ -67,7 +67,7 @@ class FailureRecorder:
         if issubclass(kind, _WORTH_ANOTHER_TRY):
             self._give_up_attempt(job)
             return
-        logger.error("job %s: unexpected error", job.id, exc_info=(kind, error, traceback))
+        # RQ has logged the traceback; the sender is not to see it.
         self._fail(job, InternalError("an unexpected error in the service; it has been logged"))
 
     def on_killed_horse(self, job: Job, _pid: int, _status: int, _usage: Any) -> None:

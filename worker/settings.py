@@ -7,15 +7,16 @@ same variables, so that no process can run with settings of its own.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from meshcone.errors import InputError
 
 ENVIRONMENT_PREFIX = "MESHCONE_"
 Settings = TypeVar("Settings", bound=BaseSettings)
+AbsolutePath = Annotated[Path, AfterValidator(lambda path: path.expanduser().absolute())]
 
 
 class WorkerSettings(BaseSettings):
@@ -32,8 +33,10 @@ class WorkerSettings(BaseSettings):
         pattern=r"^(redis|rediss|unix)://",
         description="broker, as redis://, rediss:// or unix://; `meshcone serve` brings its own",
     )
-    data_dir: Path = Field(
-        default=Path("meshcone-data"), description="holds the embedded broker's data and the blobs"
+    data_dir: AbsolutePath = Field(
+        default=Path("meshcone-data"),
+        validate_default=True,
+        description="holds the embedded broker's data and the blobs",
     )
     blob_url: str | None = Field(
         default=None,
@@ -66,7 +69,7 @@ class WorkerSettings(BaseSettings):
         "noticed this long plus a minute later",
     )
     maintenance_interval: int = Field(
-        default=30, ge=1, description="seconds between searches for jobs of dead workers"
+        default=15, ge=1, description="seconds between searches for jobs of dead workers"
     )
     result_ttl: int = Field(
         default=60, ge=0, description="seconds RQ keeps its own record of a job that ended well"
@@ -88,14 +91,14 @@ class WorkerSettings(BaseSettings):
         return self.redis_url
 
 
-def load_settings(settings_class: type[Settings]) -> Settings:
-    """Read settings from the environment.
+def load_settings(settings_class: type[Settings], **overrides: Any) -> Settings:
+    """Read settings from the environment, but for those given here.
 
     Raises:
         InputError: naming the first variable that cannot be used.
     """
     try:
-        return settings_class()
+        return settings_class(**overrides)
     except ValidationError as error:
         first = error.errors()[0]
         variable = ENVIRONMENT_PREFIX + "_".join(str(part) for part in first["loc"]).upper()

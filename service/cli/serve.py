@@ -29,9 +29,8 @@ def command(
     from service.stack import Stack
     from worker.settings import WorkerSettings, load_settings
 
-    settings = load_settings(WorkerSettings)
-    if data_dir is not None:
-        settings = settings.model_copy(update={"data_dir": data_dir})
+    overrides = {} if data_dir is None else {"data_dir": data_dir}
+    settings = load_settings(WorkerSettings, **overrides)
     stopping = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda _number, _frame: stopping.set())

@@ -8,12 +8,16 @@ import signal
 import socket
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from meshcone.files import MeshFile
 from tests import shapes
+from tests.processes import children_of, has_ended
 
 Finished = subprocess.CompletedProcess[str]
 
@@ -164,11 +168,33 @@ def test_serve_on_a_taken_port_is_told_in_one_line(directory: Path) -> None:
     assert not (directory / "meshcone-data").exists()
 
 
-def test_serve_runs_until_it_is_told_to_stop_and_leaves_no_process(tmp_path: Path) -> None:
-    with (tmp_path / "log").open("w") as log:
+def test_serve_ends_when_told_to_and_takes_everything_with_it(tmp_path: Path) -> None:
+    with serving(tmp_path) as (process, children):
+        process.send_signal(signal.SIGTERM)
+
+        assert process.wait(timeout=60) == 0
+
+    assert len(children) == 3  # broker, worker, API
+    assert all(has_ended(pid) for pid in children)
+
+
+def test_nothing_outlives_a_serve_that_was_killed(tmp_path: Path) -> None:
+    with serving(tmp_path) as (process, children):
+        process.kill()
+
+    deadline = time.monotonic() + 30
+    while not all(has_ended(pid) for pid in children):
+        assert time.monotonic() < deadline, "something still runs"
+        time.sleep(0.05)
+
+
+@contextmanager
+def serving(directory: Path) -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
+    """`meshcone serve`, once it listens, and its child processes."""
+    with (directory / "log").open("w") as log:
         process = subprocess.Popen(
             [sys.executable, "-m", "service.cli", "serve", "--port", "0"],
-            cwd=tmp_path,
+            cwd=directory,
             stdout=subprocess.PIPE,
             stderr=log,
             text=True,
@@ -176,14 +202,10 @@ def test_serve_runs_until_it_is_told_to_stop_and_leaves_no_process(tmp_path: Pat
     try:
         assert process.stdout is not None
         assert "MeshCone listens on http://127.0.0.1:" in process.stdout.readline()
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=60) == 0
+        yield process, children_of(process.pid)
     finally:
         process.kill()
-        process.wait()
-    assert len(children) == 3  # broker, worker, API
-    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+        process.communicate()
 
 
 def test_openapi_check_tells_a_stale_file(tmp_path: Path) -> None:

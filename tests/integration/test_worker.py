@@ -15,6 +15,7 @@ from service.client import Client
 from service.stack import Stack
 from tests import shapes
 from tests.integration.jobs import make_job
+from tests.processes import children_of, has_ended
 from worker.blobs import BlobStore
 from worker.connections import connect_bytes, connect_text
 from worker.ledger import Ledger
@@ -129,7 +130,7 @@ def test_horse_ends_with_its_worker(tmp_path: Path, slow_ball: MeshFile, ball: M
             job = client.submit(slow_ball, ball)
             wait_for(lambda: Ledger(connection).get(job.id).state == "running")
         [worker] = doomed.worker_pids()
-        [horse] = children(worker)
+        [horse] = children_of(worker)
 
         os.kill(worker, signal.SIGKILL)
 
@@ -147,20 +148,8 @@ def kill_horse(stack: Stack, ledger: Ledger, job_id: str, attempt: int) -> None:
 
     wait_for(is_running)
     [worker] = stack.worker_pids()
-    for horse in children(worker):
+    for horse in children_of(worker):
         os.kill(horse, signal.SIGKILL)
-
-
-def children(pid: int) -> list[int]:
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-
-
-def has_ended(pid: int) -> bool:
-    try:
-        status = Path(f"/proc/{pid}/stat").read_text()
-    except FileNotFoundError:
-        return True
-    return status.rpartition(")")[2].split()[0] == "Z"  # dead, and not yet waited for
 
 
 def wait_for(condition: Callable[[], bool]) -> None:

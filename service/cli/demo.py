@@ -1,0 +1,89 @@
+"""``meshcone demo``: the whole service at work on a pair of its own."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from meshcone.errors import InputError
+from service.cli.output import write_together
+
+if TYPE_CHECKING:
+    from service.demo.display import Display
+    from service.demo.session import DemoResult
+
+
+def command(
+    out: Annotated[Path, typer.Option(help="Directory for the files it leaves.")] = Path(
+        "meshcone-demo"
+    ),
+) -> None:
+    """Refine a noisy jug through a service of its own, and show what came of it."""
+    from rich.console import Console
+
+    from service.demo.asset import degraded, reference_glb
+    from service.demo.display import Display
+    from service.demo.session import run_session
+    from service.demo.summary import metrics_table, summary_lines
+
+    _make_directory(out)
+    console = Console()
+    with Display(console) as display, _working_directory(out) as data_dir:
+        display.step("making a jug, and a copy of it with noise")
+        reference = reference_glb()
+        source = degraded(reference)
+        result = run_session(source, reference, data_dir, display)
+        display.step("drawing the pictures")
+        contents = _files(source, reference, result)
+    write_together({out / name: data for name, data in contents.items()})
+    console.print(metrics_table(result.report))
+    for line in summary_lines(result.report):
+        console.print(line, highlight=False, soft_wrap=True)
+    console.print(f"files          {out}{'/'}: {', '.join(contents)}", highlight=False)
+
+
+def _files(source: bytes, reference: bytes, result: DemoResult) -> dict[str, bytes]:
+    from service.demo.asset import face_colours
+    from service.demo.before_after import Triple, draw_before_after
+    from service.demo.convergence import draw_convergence
+
+    triple = Triple(source, result.refined, reference, face_colours())
+    return {
+        "source.glb": source,
+        "reference.glb": reference,
+        "refined.glb": result.refined,
+        "report.json": json.dumps(result.report, indent=2).encode() + b"\n",
+        "diagnostics.csv": result.diagnostics_csv.encode(),
+        "before-after.png": draw_before_after(triple, result.report),
+        "convergence.png": draw_convergence(result.report),
+    }
+
+
+def _make_directory(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot be used: {reason}", file=str(path)) from None
+
+
+@contextmanager
+def _working_directory(out: Path) -> Iterator[Path]:
+    """A temporary directory; if what is done in it fails, the service's log outlives it."""
+    from service.demo.session import LOG_NAME
+
+    with tempfile.TemporaryDirectory(prefix="meshcone-demo-") as name:
+        log = Path(name) / LOG_NAME
+        try:
+            yield Path(name)
+        except Exception:
+            if log.is_file():
+                shutil.copyfile(log, out / LOG_NAME)
+            raise
