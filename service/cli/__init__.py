@@ -1,6 +1,6 @@
 """The command line: one module a command, put together here."""
 
-from service.cli import api, measure, openapi, refine, serve, worker
+from service.cli import api, demo, measure, openapi, refine, serve, worker
 from service.cli.boundary import CommandLine
 
 app = CommandLine(
@@ -10,6 +10,7 @@ app = CommandLine(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
+app.command("demo")(demo.command)
 app.command("refine")(refine.command)
 app.command("measure")(measure.command)
 app.command("serve")(serve.command)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
+from meshcone.files import MeshFile
 from service.cli.output import write_together
 
 if TYPE_CHECKING:
-    from service.demo.display import Display
     from service.demo.session import DemoResult
 
 
@@ -37,8 +37,8 @@ def command(
     console = Console()
     with Display(console) as display, _working_directory(out) as data_dir:
         display.step("making a jug, and a copy of it with noise")
-        reference = reference_glb()
-        source = degraded(reference)
+        reference = MeshFile("reference.glb", reference_glb())
+        source = MeshFile("source.glb", degraded(reference.data))
         result = run_session(source, reference, data_dir, display)
         display.step("drawing the pictures")
         contents = _files(source, reference, result)
@@ -46,18 +46,20 @@ def command(
     console.print(metrics_table(result.report))
     for line in summary_lines(result.report):
         console.print(line, highlight=False, soft_wrap=True)
-    console.print(f"files          {out}{'/'}: {', '.join(contents)}", highlight=False)
+    console.print(
+        f"files          in {out}: {', '.join(contents)}", highlight=False, soft_wrap=True
+    )
 
 
-def _files(source: bytes, reference: bytes, result: DemoResult) -> dict[str, bytes]:
+def _files(source: MeshFile, reference: MeshFile, result: DemoResult) -> dict[str, bytes]:
     from service.demo.asset import face_colours
     from service.demo.before_after import Triple, draw_before_after
     from service.demo.convergence import draw_convergence
 
-    triple = Triple(source, result.refined, reference, face_colours())
+    triple = Triple(source.data, result.refined, reference.data, face_colours())
     return {
-        "source.glb": source,
-        "reference.glb": reference,
+        source.name: source.data,
+        reference.name: reference.data,
         "refined.glb": result.refined,
         "report.json": json.dumps(result.report, indent=2).encode() + b"\n",
         "diagnostics.csv": result.diagnostics_csv.encode(),

@@ -12,10 +12,9 @@ from service.demo.glb import Material, Patch, Placement, write_glb
 from service.demo.shapes import revolved, smooth_curve, swept
 
 NOISE = 0.02  # standard deviation on each coordinate, relative to the reference's radius
-REFERENCE_NAME = "reference.glb"
 
 GLAZE = Material("glaze", (0.05, 0.25, 0.33), metallic=0.0, roughness=0.25)
-COPPER = Material("copper", (0.68, 0.30, 0.14), metallic=1.0, roughness=0.35)
+COPPER = Material("copper", (0.52, 0.19, 0.08), metallic=1.0, roughness=0.35)
 
 # Radius and height along the jug's section: under the foot, up the outside, over the rim
 # and down the inside, from axis to axis.
@@ -67,7 +66,7 @@ def degraded(reference: bytes, seed: int = 0) -> bytes:
     Raises:
         InputError, LimitError: the file cannot be read.
     """
-    asset = read_asset(REFERENCE_NAME, reference)
+    asset = read_asset("reference.glb", reference)
     low, high = asset.vertices.min(axis=0), asset.vertices.max(axis=0)
     radius = np.linalg.norm(asset.vertices - (low + high) / 2, axis=1).max()
     noise = np.random.default_rng(seed).normal(size=asset.vertices.shape)

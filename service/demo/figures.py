@@ -1,0 +1,36 @@
+"""What the demonstration's pictures have in common. Importing this imports no matplotlib."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INK = "#22303c"
+FAINT = "#8795a1"
+BEFORE_COLOUR = "#d1495b"
+AFTER_COLOUR = "#1b7f8c"
+
+_DPI = 110
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure of so many inches, drawn without a display and without global state."""
+    import logging
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as a PNG file."""
+    target = io.BytesIO()
+    figure.savefig(target, format="png")
+    return target.getvalue()

@@ -1,0 +1,118 @@
+"""One run of the demonstration: a service of its own, one job, and its results."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from meshcone.errors import InternalError
+from meshcone.files import MeshFile
+
+if TYPE_CHECKING:
+    from service.client import Client
+    from service.demo.display import Display
+    from service.schemas import Job
+    from service.stack import Stack
+
+LOG_NAME = "service.log"
+JOB_TIMEOUT = 600.0  # seconds
+_LOOK_INTERVAL = 5.0  # seconds between looks whether the service still runs
+
+
+@dataclass(frozen=True)
+class DemoResult:
+    """What the service answered.
+
+    Attributes:
+        refined: the refined mesh, in the format of the source.
+        report: ``meshcone.report/1``.
+        diagnostics_csv: the solver's iterations as a table.
+    """
+
+    refined: bytes
+    report: dict[str, Any]
+    diagnostics_csv: str
+
+
+def run_session(
+    source: MeshFile, reference: MeshFile, data_dir: Path, display: Display
+) -> DemoResult:
+    """Start a service, have it refine the pair, and end the service.
+
+    Args:
+        source: the mesh to refine.
+        reference: the mesh it should have been.
+        data_dir: an empty directory, absolute; the service's log is in it afterwards.
+        display: where progress is shown.
+
+    Raises:
+        InternalError: the service did not start, or the job did not succeed.
+    """
+    from service.client import Client
+    from service.stack import Stack
+
+    display.step("starting a broker, an API and a worker")
+    with (
+        Stack(_own_settings(data_dir), log=data_dir / LOG_NAME) as stack,
+        Client(stack.url) as client,
+        _stopping_undisturbed(display),
+    ):
+        display.step(f"the service listens on {stack.url}")
+        job = client.submit(source, reference)
+        display.step(f"sent {source.name} and {reference.name} as job {job.id}")
+        _wait(stack, client, job.id, display)
+        return DemoResult(
+            refined=client.mesh(job.id),
+            report=client.report(job.id),
+            diagnostics_csv=client.diagnostics_csv(job.id),
+        )
+
+
+def _own_settings(data_dir: Path) -> Any:
+    from worker.settings import WorkerSettings
+
+    blobs = data_dir / "blobs"
+    blobs.mkdir()
+    # Stated even where it is the default, or the environment's broker and bucket were used.
+    return WorkerSettings(redis_url=None, data_dir=data_dir, blob_url=blobs.as_uri())
+
+
+def _wait(stack: Stack, client: Client, job_id: str, display: Display) -> None:
+    deadline = time.monotonic() + JOB_TIMEOUT
+    while True:
+        try:
+            job = client.wait(job_id, timeout=_LOOK_INTERVAL, interval=0.1, on_change=display.job)
+            break
+        except TimeoutError:
+            stack.check()
+            if time.monotonic() > deadline:
+                raise InternalError(f"the job took longer than {JOB_TIMEOUT:g} s") from None
+    _require_success(job)
+
+
+def _require_success(job: Job) -> None:
+    if job.state != "succeeded":
+        reason = job.error.detail if job.error else job.state
+        raise InternalError(f"the job did not succeed: {reason}")
+
+
+@contextmanager
+def _stopping_undisturbed(display: Display) -> Iterator[None]:
+    """Make SIGTERM interrupt like Ctrl-C does; from the exit on, ignore both.
+
+    Whoever presses Ctrl-C twice would otherwise interrupt the stopping.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    except KeyboardInterrupt:
+        display.step("interrupted: stopping the service")
+        raise
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
