@@ -19,6 +19,8 @@ from service.stack import Stack
 from tests import shapes
 from worker.identifiers import new_job_id
 
+SentFile = tuple[str, bytes]
+
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -35,8 +37,8 @@ def finished(stack: Stack, rough_ball: MeshFile, ball: MeshFile) -> Job:
         return client.wait(client.submit(rough_ball, ball, label="the finished one").id)
 
 
-def form(source: tuple[str, bytes], reference: tuple[str, bytes]) -> list[tuple[str, object]]:
-    return [("source", source), ("reference", reference)]
+def form(source: SentFile, reference: SentFile) -> dict[str, SentFile]:
+    return {"source": source, "reference": reference}
 
 
 def test_an_obj_comes_back_refined_with_the_same_faces(

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 from fastapi import FastAPI
+from httpx import Response
 from starlette.testclient import TestClient
 
 from meshcone.errors import (
@@ -19,7 +20,7 @@ from worker.identifiers import new_job_id
 BOUNDARY = {"Content-Type": "multipart/form-data; boundary=x"}
 
 
-def assert_problem(answer: object, status: int, name: str) -> None:
+def assert_problem(answer: Response, status: int, name: str) -> None:
     assert answer.status_code == status
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.headers["x-content-type-options"] == "nosniff"
