@@ -42,9 +42,13 @@ def test_a_worker_that_ends_unasked_is_noticed(tmp_path: Path) -> None:
     with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
         [worker] = stack.worker_pids()
         os.kill(worker, signal.SIGKILL)
-        deadline = time.monotonic() + 30
 
         with pytest.raises(InternalError, match="worker 1 ended unexpectedly"):
-            while time.monotonic() < deadline:
-                stack.check()
-                time.sleep(0.01)
+            check_for_a_while(stack)
+
+
+def check_for_a_while(stack: Stack) -> None:
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline:
+        stack.check()
+        time.sleep(0.01)
