@@ -46,7 +46,8 @@ class Display:
     def step(self, text: str) -> None:
         """Say what has begun or happened."""
         seconds = time.monotonic() - self._started
-        self._console.print(f"{seconds:5.1f} s  {text}", highlight=False, markup=False)
+        line = f"{seconds:5.1f} s  {text}"
+        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def job(self, job: Job) -> None:
         """Show how far a job has come."""
@@ -54,7 +55,7 @@ class Display:
         if job.state == "running" and job.progress is not None:
             self._bar.update(
                 self._task,
-                description=f"{description:<19}",
+                description=f"{description:<25}",
                 completed=job.progress.fraction,
                 visible=True,
             )
@@ -71,5 +72,5 @@ def describe(job: Job) -> str:
     if job.state != "running" or progress is None:
         return job.state
     if progress.stage == "solve" and progress.rounds:
-        return f"solve, round {progress.round} of {progress.rounds}"
+        return f"solve, {progress.round} of {progress.rounds} rounds done"
     return progress.stage

@@ -58,6 +58,7 @@ def run_session(
 
     display.step("starting a broker, an API and a worker")
     with (
+        _terminated_like_interrupted(),
         Stack(_own_settings(data_dir), log=data_dir / LOG_NAME) as stack,
         Client(stack.url) as client,
         _stopping_undisturbed(display),
@@ -102,12 +103,20 @@ def _require_success(job: Job) -> None:
 
 
 @contextmanager
-def _stopping_undisturbed(display: Display) -> Iterator[None]:
-    """Make SIGTERM interrupt like Ctrl-C does; from the exit on, ignore both.
-
-    Whoever presses Ctrl-C twice would otherwise interrupt the stopping.
-    """
+def _terminated_like_interrupted() -> Iterator[None]:
+    """Let SIGTERM interrupt as Ctrl-C does; in the end, put both signals back."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _stopping_undisturbed(display: Display) -> Iterator[None]:
+    """From the exit on, ignore both: a second Ctrl-C would interrupt the stopping."""
     try:
         yield
     except KeyboardInterrupt:
