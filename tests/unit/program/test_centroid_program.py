@@ -14,7 +14,7 @@ from meshcone.program.model import centroid_model, compiled_sizes
 from meshcone.program.rounds import refine_centroid
 from meshcone.program.scs_solver import solve
 from meshcone.surface import Mesh
-from tests.shapes import noisy, sheet, sphere
+from tests.meshes import noisy, sheet, sphere
 
 TIGHT = SolverOptions(tolerance=1e-9, max_iterations=100_000)
 

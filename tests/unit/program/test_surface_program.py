@@ -14,7 +14,7 @@ from meshcone.program.rounds import refine_surface
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh, SurfaceTree
 from meshcone.surface.arrays import row_dot
-from tests.shapes import noisy, sphere, torus
+from tests.meshes import noisy, sphere, torus
 
 
 @pytest.fixture(params=[0, 1], ids=["first round", "second round"])

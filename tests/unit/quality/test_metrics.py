@@ -14,7 +14,7 @@ from meshcone.quality.metrics import SampledSurface, aspect_ratio, compare, eart
 from meshcone.quality.records import Metrics
 from meshcone.quality.validity import inspect
 from meshcone.surface import Mesh
-from tests.shapes import noisy, sheet, sphere, torus
+from tests.meshes import noisy, sheet, sphere, torus
 
 
 def sampled(mesh: Mesh, seed: int = 0) -> SampledSurface:

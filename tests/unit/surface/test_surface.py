@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from meshcone.errors import InputError
 from meshcone.surface import Frame, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.closest import barycentric_weights
-from tests.shapes import noisy, sheet, sphere, torus
+from tests.meshes import noisy, sheet, sphere, torus
 
 
 def test_edges_of_a_closed_mesh_satisfy_euler():

@@ -1,0 +1,50 @@
+"""Meshes the tests make for themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+from meshcone.surface import Mesh
+
+
+def sphere(subdivisions: int = 3) -> Mesh:
+    """A unit icosphere: 162, 642, 2562 vertices for 2, 3, 4 subdivisions."""
+    made = trimesh.creation.icosphere(subdivisions=subdivisions)
+    return Mesh(made.vertices, made.faces)
+
+
+def torus(rings: int = 48, sides: int = 24, tube: float = 0.35) -> Mesh:
+    """A torus of radius 1 around the z axis."""
+    u, v = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
+    around, along = 2 * np.pi * u.ravel() / rings, 2 * np.pi * v.ravel() / sides
+    radius = 1 + tube * np.cos(along)
+    vertices = np.stack(
+        [radius * np.cos(around), radius * np.sin(around), tube * np.sin(along)], axis=1
+    )
+    return Mesh(vertices, _grid_faces(rings, sides, wrap_rows=True, wrap_columns=True))
+
+
+def sheet(rows: int, columns: int) -> Mesh:
+    """A flat open grid in the xy plane, unit spacing; V = rows·columns."""
+    x, y = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(rows * columns)], axis=1)
+    return Mesh(vertices, _grid_faces(rows, columns, wrap_rows=False, wrap_columns=False))
+
+
+def noisy(mesh: Mesh, sigma: float, seed: int = 0) -> Mesh:
+    """The mesh with Gaussian noise on every coordinate."""
+    noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape) * sigma
+    return mesh.moved_to(mesh.vertices + noise)
+
+
+def _grid_faces(rows: int, columns: int, *, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:
+    i = np.arange(rows if wrap_rows else rows - 1)
+    j = np.arange(columns if wrap_columns else columns - 1)
+    i, j = (a.ravel() for a in np.meshgrid(i, j, indexing="ij"))
+
+    def at(row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        return (row % rows) * columns + column % columns
+
+    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
