@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset, NormalsPolicy
-from meshcone.assets.limits import Limits
+from meshcone.assets.limits import LARGEST_COORDINATE, Limits
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError
 
@@ -28,6 +28,7 @@ _PLY_ELEMENT = re.compile(rb"^element\s+(\w+)\s+(\d{1,18})\s*$", re.MULTILINE)
 _OFF_COUNTS = re.compile(rb"\A\s*(?:ST)?C?N?4?n?OFF(?:\s+BINARY)?\s+(\d{1,18})\s+(\d{1,18})")
 
 # What trimesh's three readers raise on damaged files, found by reading and by fuzzing them.
+# ModuleNotFoundError: for text that is not UTF-8 it asks for a package it does not require.
 _TRIMESH_ERRORS = (
     ValueError,
     TypeError,
@@ -39,6 +40,7 @@ _TRIMESH_ERRORS = (
     OverflowError,
     StopIteration,
     EOFError,
+    ModuleNotFoundError,
     struct.error,
 )
 
@@ -74,8 +76,8 @@ def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) ->
         raise InputError(f"the file is not a valid {kind.upper()} mesh") from None
     limits.check("vertices", len(positions), "vertices")
     limits.check("faces", len(triangles), "triangles")
-    if not np.isfinite(positions).all():
-        raise InputError("a vertex position is not finite")
+    if not (np.abs(positions) <= LARGEST_COORDINATE).all():
+        raise InputError(f"a coordinate is not a number of at most {LARGEST_COORDINATE:g}")
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(positions)):
         raise InputError(f"a face names a vertex that is not among the {len(positions)} given")
     return ForeignAsset(name, kind, positions, triangles)

@@ -7,6 +7,9 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from meshcone.errors import LimitError
 
+# Far beyond any unit of length, and small enough that areas and volumes do not overflow.
+LARGEST_COORDINATE = 1e60
+
 _MIB = 1024 * 1024
 
 

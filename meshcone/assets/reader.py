@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
@@ -13,6 +14,7 @@ from meshcone.assets.obj import read_obj
 from meshcone.errors import InputError
 
 _ACCEPTED = "OBJ, glTF or GLB (as a reference also PLY, STL or OFF)"
+_OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _OTHER_FORMATS = {
     b"PK\x03\x04": "a ZIP archive",
     b"\x1f\x8b": "a gzip archive",
@@ -71,4 +73,6 @@ def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Li
     if suffix in {".glb", ".gltf"}:
         expected = "'glTF'" if suffix == ".glb" else "a JSON object"
         raise InputError(f"the file does not start with {expected}", place="byte 0")
+    if suffix != ".obj" and not _OBJ_VERTEX.search(data):
+        raise InputError(f"this is not a mesh file that is known here; expected {_ACCEPTED}")
     return read_obj(name, data, limits)

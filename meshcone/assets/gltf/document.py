@@ -11,7 +11,7 @@ import numpy as np
 
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.limits import Limits
-from meshcone.errors import InputError
+from meshcone.errors import InputError, LimitError
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -36,7 +36,9 @@ _ADVICE = {
     INSTANCING: "export each instance as a node of its own",
 }
 
-_STRING = re.compile(rb'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
+# The closing quote is optional and nothing is ever given back: otherwise a string that does not
+# end would be scanned again from each of its escaped quotes.
+_STRING = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+"?', re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ def _parse(text: str) -> dict[str, Any]:
         raise InputError(f"the JSON is malformed: {error.msg}", place=place) from None
     except ValueError:
         raise InputError("the JSON holds a number with thousands of digits") from None
+    except RecursionError:
+        raise LimitError("the JSON is nested too deeply") from None
     if not isinstance(value, dict):
         raise InputError("the JSON is not an object")
     return value
@@ -127,5 +131,6 @@ def _check_extensions(root: Element) -> None:
             place=f"/extensionsRequired/{number}",
         )
     for node in root.children("nodes"):
-        if INSTANCING in (node.value.get("extensions") or {}):
+        extensions = node.child("extensions")
+        if extensions is not None and INSTANCING in extensions.value:
             raise node.error("extensions", f"uses '{INSTANCING}'; {_ADVICE[INSTANCING]}")

@@ -13,12 +13,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from meshcone.assets.base import NormalsPolicy
-from meshcone.assets.gltf.accessors import Accessors, Region
+from meshcone.assets.gltf.accessors import Accessor, Accessors, Region
 from meshcone.assets.gltf.affine import is_singular
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.scene import Block, Scene, mesh_name
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError
+
+# Attribute, node, and the bytes of the positions it belongs to.
+Owner = tuple[str, int, tuple[Region, ...]]
 
 # Accessors may declare the same bytes any number of times; this bounds the time to compare them.
 _COMPARED_BYTES_PER_BYTE = 64
@@ -47,7 +50,9 @@ def check_ownership(
                 "export without compression",
                 place=placed.primitive.element.pointer,
             )
-    _check_shared_bytes(document, accessors, _owners(scene, normals))
+    owners = _owners(scene, normals)
+    _check_other_roles(document, owners)
+    _check_shared_bytes(document, accessors, owners)
 
 
 def _check_instances(document: Document, scene: Scene) -> None:
@@ -98,23 +103,23 @@ def _check_block(
             )
 
 
-def _owners(scene: Scene, normals: NormalsPolicy) -> dict[int, tuple[str, int, int]]:
+def _owners(scene: Scene, normals: NormalsPolicy) -> dict[int, Owner]:
     """What each accessor that will be written is for: attribute, node, and positions.
 
     Raises:
         InputError: one is for two things.
     """
-    owners: dict[int, tuple[str, int, int]] = {}
+    owners: dict[int, Owner] = {}
     for placed in scene.primitives:
         primitive = placed.primitive
         block = scene.blocks[placed.block]
-        written = [("POSITION", primitive.position)]
+        written: dict[str, Accessor | None] = {"POSITION": primitive.position}
         if normals == "recompute":
-            written += [("NORMAL", primitive.normal), ("TANGENT", primitive.tangent)]  # type: ignore[list-item]
-        for role, accessor in written:
+            written |= {"NORMAL": primitive.normal, "TANGENT": primitive.tangent}
+        for role, accessor in written.items():
             if accessor is None:
                 continue
-            owner = (role, block.placement.node, block.accessor.index)
+            owner = (role, block.placement.node, tuple(block.accessor.regions))
             if owners.setdefault(accessor.index, owner) != owner:
                 raise InputError(
                     f"its values serve as {role} of several sets of positions; give each its own",
@@ -123,14 +128,28 @@ def _owners(scene: Scene, normals: NormalsPolicy) -> dict[int, tuple[str, int, i
     return owners
 
 
-def _check_shared_bytes(
-    document: Document, accessors: Accessors, owners: dict[int, tuple[str, int, int]]
-) -> None:
+def _check_other_roles(document: Document, owners: dict[int, Owner]) -> None:
+    """Morph targets and other attributes may read what is about to change."""
+    count = len(document.root.children("accessors"))
+    for mesh in document.root.children("meshes"):
+        for primitive in mesh.children("primitives"):
+            attributes = primitive.child("attributes")
+            for uses in [*([attributes] if attributes else []), *primitive.children("targets")]:
+                is_target = uses is not attributes
+                for name in uses.value:
+                    accessor = uses.reference(name, count, "accessor")
+                    if accessor in owners and (is_target or owners[accessor][0] != name):
+                        raise uses.error(
+                            name, f"reads accessor {accessor}, whose values would change"
+                        )
+
+
+def _check_shared_bytes(document: Document, accessors: Accessors, owners: dict[int, Owner]) -> None:
     described = {index: accessors.describe(index) for index in range(len(accessors.elements))}
     buffers = {region.buffer for index in owners for region in described[index].regions}
     taken = {buffer: np.zeros(accessors.buffers[buffer].length, dtype=bool) for buffer in buffers}
     budget = _COMPARED_BYTES_PER_BYTE * sum(len(bytes_taken) for bytes_taken in taken.values())
-    claimed: dict[Region, tuple[str, int, int]] = {}
+    claimed: dict[Region, Owner] = {}
 
     def is_taken(regions: Iterable[Region]) -> bool:
         nonlocal budget

@@ -13,7 +13,7 @@ from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.nodes import Placement, place_meshes
 from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader, mesh_primitives
-from meshcone.assets.limits import Limits
+from meshcone.assets.limits import LARGEST_COORDINATE, Limits
 from meshcone.errors import InputError
 
 
@@ -67,7 +67,8 @@ def read_scene(document: Document, accessors: Accessors, limits: Limits) -> Scen
     """Read the triangles of every mesh the default scene places.
 
     Raises:
-        InputError: something the scene uses is malformed, or a position is not finite.
+        InputError: something the scene uses is malformed, or a position is not finite or beyond
+            ``LARGEST_COORDINATE``.
         LimitError: more vertices or triangles than ``limits`` accept, instances counted.
     """
     return _SceneBuilder(document, accessors, limits).build()
@@ -129,10 +130,12 @@ class _SceneBuilder:
         for block in self._blocks:
             with np.errstate(over="ignore", invalid="ignore"):
                 world = transform_points(block.placement.matrix, self._local_positions(block))
-            if not np.isfinite(world).all():
-                vertex = int(np.flatnonzero(~np.isfinite(world).all(axis=1))[0])
+            usable = (np.abs(world) <= LARGEST_COORDINATE).all(axis=1)
+            if not usable.all():
+                vertex = int(np.flatnonzero(~usable)[0])
                 raise InputError(
-                    f"the position of vertex {vertex} is not finite",
+                    f"vertex {vertex} is not at finite coordinates of at most "
+                    f"{LARGEST_COORDINATE:g}",
                     place=block.accessor.element.pointer,
                 )
             positions[block.rows] = world

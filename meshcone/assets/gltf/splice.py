@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 
 Path = tuple[str | int, ...]
 
-_LEXEME = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
+_LEXEME = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
 
 
 def replace_values(text: str, replacements: Mapping[Path, str]) -> str:

@@ -8,10 +8,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.limits import LARGEST_COORDINATE
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.errors import InputError
 
 BLOCK = 65_536
+_BROKEN = (np.nan, np.nan, np.nan)
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
@@ -32,7 +34,7 @@ def read_positions(lines: ObjLines) -> NDArray[np.float64]:
 
     Raises:
         InputError: naming the line of the first coordinate that is missing, no number or
-            not finite.
+            beyond ``LARGEST_COORDINATE``.
     """
     return _read_vectors(lines, lines.vertices, _explain_position)
 
@@ -84,7 +86,7 @@ def _convert(words: list[bytes] | None, count: int) -> NDArray[np.float64] | Non
         values = np.array([list(map(float, column)) for column in columns]).T
     except ValueError:
         return None
-    return values if np.isfinite(values).all() else None
+    return values if (np.abs(values) <= LARGEST_COORDINATE).all() else None
 
 
 def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
@@ -99,14 +101,17 @@ def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
 
 def _finite(word: bytes, place: str) -> float:
     value = float(word) if _NUMBER.fullmatch(word) else np.nan
-    if not np.isfinite(value):
-        raise InputError(f"expected a finite coordinate, found '{shown(word)}'", place=place)
+    if not abs(value) <= LARGEST_COORDINATE:
+        raise InputError(
+            f"expected a number of at most {LARGEST_COORDINATE:g}, found '{shown(word)}'",
+            place=place,
+        )
     return value
 
 
 def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, float, float]:
     words = lines.words(row)[1:4]
     if len(words) < 3 or not all(_NUMBER.fullmatch(word) for word in words):
-        return (np.nan, np.nan, np.nan)
-    x, y, z = map(float, words)
-    return x, y, z
+        return _BROKEN
+    x, y, z = (float(word) for word in words)
+    return (x, y, z) if max(abs(x), abs(y), abs(z)) <= LARGEST_COORDINATE else _BROKEN

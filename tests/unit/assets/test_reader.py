@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import io
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from meshcone.assets import read_asset
+from meshcone.errors import InputError, LimitError, MeshConeError
+from tests.unit.assets.builders import CUBE, cube_gltf, cube_obj
+
+TRIANGLES = [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]
+TETRAHEDRON = CUBE[[0, 1, 2, 4]]
+
+
+def stl() -> bytes:
+    rows = [struct.pack("<12fH", 0, 0, 0, *TETRAHEDRON[list(t)].ravel(), 0) for t in TRIANGLES]
+    return bytes(80) + struct.pack("<I", len(rows)) + b"".join(rows)
+
+
+def ply(vertices: int = 4) -> bytes:
+    header = (
+        f"ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    rows = [" ".join(map(str, vertex)) for vertex in TETRAHEDRON]
+    rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
+    return (header + "\n".join(rows) + "\n").encode()
+
+
+def off(vertices: int = 4) -> bytes:
+    rows = [" ".join(map(str, vertex)) for vertex in TETRAHEDRON]
+    rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
+    return (f"OFF\n{vertices} 4 0\n" + "\n".join(rows) + "\n").encode()
+
+
+@pytest.mark.parametrize(
+    ("data", "kind"),
+    [
+        (cube_obj(), "obj"),
+        (cube_gltf().glb(), "glb"),
+        (cube_gltf().embedded(), "gltf"),
+        (stl(), "stl"),
+        (ply(), "ply"),
+        (off(), "off"),
+    ],
+)
+def test_content_decides_the_format_whatever_the_name(data, kind):
+    assert read_asset("upload", data).format == kind
+
+
+@pytest.mark.parametrize("data", [stl(), ply(), off()])
+def test_foreign_formats_are_welded_and_cannot_be_written(data):
+    asset = read_asset("reference", data)
+    assert (len(asset.vertices), len(asset.faces)) == (4, 4)
+    with pytest.raises(InputError, match="can be a reference, not a source"):
+        asset.ensure_writable()
+    with pytest.raises(InputError, match="can be a reference, not a source"):
+        asset.patched(asset.vertices)
+
+
+@pytest.mark.parametrize("data", [ply(10**9), off(10**9)])
+def test_a_huge_declared_size_is_refused_before_it_is_read(data):
+    with pytest.raises(LimitError, match="1,000,000,000 vertices"):
+        read_asset("reference", data)
+
+
+@pytest.mark.parametrize("data", [ply(10**6), off(10**6)])
+def test_a_declared_size_that_cannot_fit_is_refused(data):
+    with pytest.raises(InputError, match="more than fit in a file"):
+        read_asset("reference", data)
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [("a.stl", b"solid nothing"), ("a.ply", b"ply\nnonsense"), ("a.off", b"OFF\nx y z\n")],
+)
+def test_damaged_foreign_files_are_refused(name, data):
+    with pytest.raises(InputError):
+        read_asset(name, data)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.obj", b"", "the file is empty"),
+        ("a.obj", b" \r\n\0", "the file is empty"),
+        ("a.zip", b"PK\3\4....", "this is a ZIP archive"),
+        ("a.fbx", b"Kaydara FBX Binary  \0", "this is an FBX file"),
+        ("a.dae", b"<?xml version='1.0'?>", "an XML or HTML document"),
+        ("a.glb", b"nothing like it", "does not start with 'glTF'"),
+        ("a.gltf", b"[]", "does not start with a JSON object"),
+        ("a.txt", b"Dear reader", "not a mesh file that is known here"),
+    ],
+)
+def test_other_files_are_refused_by_what_they_are(name, data, message):
+    with pytest.raises(InputError, match=message) as caught:
+        read_asset(name, data)
+    assert caught.value.file == name
+
+
+SEEDS = [cube_obj(), cube_gltf().glb(), cube_gltf().embedded(), stl(), ply(), off()]
+
+
+@given(
+    seed=st.sampled_from(SEEDS),
+    edits=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.binary(max_size=4)), max_size=4),
+    length=st.floats(0, 1),
+)
+def test_any_damage_ends_in_an_asset_or_an_explained_error(seed, edits, length):
+    data = bytearray(seed)
+    for where, replacement in edits:
+        start = int(where * len(data))
+        data[start : start + len(replacement)] = replacement
+    if not edits:
+        del data[int(length * len(data)) :]
+    try:
+        asset = read_asset("damaged", bytes(data))
+        asset.patched(asset.vertices + 1)
+    except MeshConeError as error:
+        explained = error
+    else:
+        explained = None
+    assert explained is None or (explained.message and explained.file == "damaged")
+
+
+def test_positions_agree_with_numpy_text_parsing():
+    points = np.random.default_rng(1).normal(size=(50, 3))
+    text = io.StringIO()
+    np.savetxt(text, points, fmt="v %.17g %.17g %.17g")
+    faces = "".join(f"f {k + 1} {k + 2} {k + 3}\n" for k in range(48))
+    asset = read_asset("a.obj", (text.getvalue() + faces).encode())
+    assert np.array_equal(asset.positions, points)
