@@ -17,6 +17,7 @@ from meshcone.files import MeshFile
 from service.cli.output import write_together
 
 if TYPE_CHECKING:
+    from service.demo.display import Display
     from service.demo.session import DemoResult
 
 
@@ -30,12 +31,13 @@ def command(
 
     from service.demo.asset import degraded, reference_glb
     from service.demo.display import Display
+    from service.demo.interruption import interruptible
     from service.demo.session import run_session
     from service.demo.summary import metrics_table, summary_lines
 
     _make_directory(out)
     console = Console()
-    with Display(console) as display, _working_directory(out) as data_dir:
+    with interruptible(), Display(console) as display, _working_directory(out, display) as data_dir:
         display.step("making a jug, and a copy of it with noise")
         reference = MeshFile("reference.glb", reference_glb())
         source = MeshFile("source.glb", degraded(reference.data))
@@ -77,7 +79,7 @@ def _make_directory(path: Path) -> None:
 
 
 @contextmanager
-def _working_directory(out: Path) -> Iterator[Path]:
+def _working_directory(out: Path, display: Display) -> Iterator[Path]:
     """A temporary directory; if what is done in it fails, the service's log outlives it."""
     from service.demo.session import LOG_NAME
 
@@ -88,4 +90,5 @@ def _working_directory(out: Path) -> Iterator[Path]:
         except Exception:
             if log.is_file():
                 shutil.copyfile(log, out / LOG_NAME)
+                display.step(f"failed: the service's log is in {out / LOG_NAME}")
             raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from meshcone.errors import InternalError
 from meshcone.files import MeshFile
+from service.demo import interruption
 
 if TYPE_CHECKING:
     from service.client import Client
@@ -44,6 +44,8 @@ def run_session(
 ) -> DemoResult:
     """Start a service, have it refine the pair, and end the service.
 
+    To be called within ``interruption.interruptible()``.
+
     Args:
         source: the mesh to refine.
         reference: the mesh it should have been.
@@ -58,7 +60,6 @@ def run_session(
 
     display.step("starting a broker, an API and a worker")
     with (
-        _terminated_like_interrupted(),
         Stack(_own_settings(data_dir), log=data_dir / LOG_NAME) as stack,
         Client(stack.url) as client,
         _stopping_undisturbed(display),
@@ -67,11 +68,13 @@ def run_session(
         job = client.submit(source, reference)
         display.step(f"sent {source.name} and {reference.name} as job {job.id}")
         _wait(stack, client, job.id, display)
-        return DemoResult(
+        result = DemoResult(
             refined=client.mesh(job.id),
             report=client.report(job.id),
             diagnostics_csv=client.diagnostics_csv(job.id),
         )
+    interruption.allow()
+    return result
 
 
 def _own_settings(data_dir: Path) -> Any:
@@ -103,25 +106,12 @@ def _require_success(job: Job) -> None:
 
 
 @contextmanager
-def _terminated_like_interrupted() -> Iterator[None]:
-    """Let SIGTERM interrupt as Ctrl-C does; in the end, put both signals back."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
 def _stopping_undisturbed(display: Display) -> Iterator[None]:
-    """From the exit on, ignore both: a second Ctrl-C would interrupt the stopping."""
     try:
         yield
     except KeyboardInterrupt:
+        interruption.ignore()
         display.step("interrupted: stopping the service")
         raise
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
+        interruption.ignore()

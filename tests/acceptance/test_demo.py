@@ -99,20 +99,35 @@ def test_demo_leaves_no_process(finished: tuple[Path, str]) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", ["starting a broker", "sent source.glb"])
-def test_interrupted_demo_leaves_no_process(
+def test_interrupted_demo_leaves_nothing(
     tmp_path: Path, number: signal.Signals, moment: str
 ) -> None:
-    mark = str(tmp_path)
     for line in interrupted_at(moment, number, tmp_path):
         assert "Traceback" not in line
-    assert wait_for_none(mark) == []
+    assert wait_for_none(str(tmp_path)) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_demo_leaves_the_log_of_its_service(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "service.cli", "demo", "--out", str(tmp_path)],
+        env={**os.environ, "MESHCONE_MAX_UPLOAD_BYTES": "10"},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert "10 bytes" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert (tmp_path / "service.log").stat().st_size > 0
 
 
 def interrupted_at(moment: str, number: signal.Signals, out: Path) -> Iterator[str]:
     """Run the demo, send it a signal once it has printed ``moment``, yield all it prints."""
     process = subprocess.Popen(
         [sys.executable, "-u", "-m", "service.cli", "demo", "--out", str(out)],
-        env={**os.environ, MARK: str(out)},
+        env={**os.environ, MARK: str(out), "TMPDIR": str(out)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -1,0 +1,33 @@
+"""Ctrl-C and SIGTERM: both interrupt, until stopping has begun."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+def allow() -> None:
+    """From now on, either signal raises ``KeyboardInterrupt``."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.default_int_handler)
+
+
+def ignore() -> None:
+    """From now on, neither signal does anything: a second Ctrl-C must not disturb stopping."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Allow both signals within; in the end, put back what they did before."""
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    allow()
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
