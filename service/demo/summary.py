@@ -44,7 +44,7 @@ def summary_lines(report: dict[str, Any]) -> list[str]:
     sizes = rounds[0]["sizes"]
     iterations = str(solver["iterations"])
     if not solver["iterations"]:
-        iterations += " (SCS found every warm start optimal)"
+        iterations += " (every warm start already met the tolerance)"
     stages = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in timings.items())
     return [
         f"program        {sizes['variables']:,} variables, {sum(sizes['cones'].values()):,} cones",
