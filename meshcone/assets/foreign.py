@@ -35,6 +35,7 @@ _TRIMESH_ERRORS = (
     KeyError,
     IndexError,
     AttributeError,
+    UnboundLocalError,
     AssertionError,
     NotImplementedError,
     OverflowError,
@@ -69,9 +70,10 @@ def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) ->
     import trimesh  # half a second to import, and most files never need it
 
     try:
-        mesh = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False)
-        positions = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-        triangles = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        with np.errstate(all="ignore"):
+            mesh = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False)
+            positions = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+            triangles = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
     except _TRIMESH_ERRORS:
         raise InputError(f"the file is not a valid {kind.upper()} mesh") from None
     limits.check("vertices", len(positions), "vertices")
