@@ -21,6 +21,7 @@ from meshcone.errors import InputError
 
 _NONE = 0  # no OBJ index is 0, so 0 stands for "not given" until indices are resolved
 _LARGEST = 2**62
+_SLASH, _SPACE = b"/ "
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,10 @@ def _split_corners(lines: ObjLines, rows: list[int]) -> tuple[NDArray[np.int64],
     """(p,) corners of each face, and the corners of all."""
     words = block_words(lines, rows)
     if words is not None and words.count(b"f") == len(rows):
+        width, rest = divmod(len(words), len(rows))
+        if not rest and words[::width].count(b"f") == len(rows):
+            del words[::width]
+            return np.full(len(rows), width - 1), words
         starts = np.array([place for place, word in enumerate(words) if word == b"f"])
         sizes = np.diff(starts, append=len(words)) - 1
         return sizes, [word for word in words if word != b"f"]
@@ -82,24 +87,25 @@ def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
     Converting joined words is what makes a million faces take a second.
     """
-    slashes = {corner.count(b"/") for corner in corners}
-    joined = b" ".join(corners)
-    if len(slashes) > 1 or b"_" in joined:
+    joined = b" ".join([*corners, b""])
+    characters = np.frombuffer(joined, dtype=np.uint8)
+    separators = characters[(characters == _SLASH) | (characters == _SPACE)]
+    width = int(np.argmax(separators == _SPACE)) + 1 if len(corners) else 1
+    if width > 3 or len(separators) != width * len(corners):
         return None
-    width = 1 + next(iter(slashes), 0)
+    forms = separators.reshape(-1, width)
     doubled = joined.count(b"//")
-    if width > 3 or (doubled and (width != 3 or doubled != len(corners))):
+    if (forms != forms[:1]).any() or doubled not in (0, len(corners)):
         return None
-    if doubled:
-        joined, width = joined.replace(b"//", b"/"), 2
-    numbers = joined.replace(b"/", b" ").split()
-    if len(numbers) != width * len(corners):
-        return None
+    columns = 2 if doubled else width
     try:
-        table = np.array(list(map(int, numbers)), dtype=np.int64).reshape(-1, width)
-    except (ValueError, OverflowError):
+        numbers = np.fromstring(joined.replace(b"/", b" "), dtype=np.int64, sep=" ")
+    except ValueError:
         return None
-    has_normals = width == 3 or doubled
+    if len(numbers) != columns * len(corners):
+        return None
+    table = numbers.reshape(-1, columns)
+    has_normals = width == 3
     return table[:, 0], table[:, -1] if has_normals else np.full(len(table), _NONE)
 
 
