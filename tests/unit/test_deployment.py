@@ -1,0 +1,65 @@
+"""What the files around the code say of the code."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from meshcone.assets import Limits
+from service.cli import app
+from service.settings import ServiceSettings
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+DOCUMENTS = [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))]
+DEPLOYMENT = [ROOT / "Dockerfile", ROOT / "docker-compose.yml"]
+SETTINGS = {
+    *(f"MESHCONE_{name.upper()}" for name in ServiceSettings.model_fields),
+    *(f"MESHCONE_LIMIT_{name.upper()}" for name in Limits.model_fields),
+    "MESHCONE_DEBUG",
+}
+
+
+def normalized(name: str) -> str:
+    """A distribution's name as PEP 503 compares it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+@pytest.mark.parametrize("path", DEPLOYMENT + DOCUMENTS, ids=lambda path: path.name)
+def test_every_setting_that_is_named_exists(path: Path) -> None:
+    named = set(re.findall(r"MESHCONE_[A-Z_]*[A-Z]", path.read_text()))
+
+    assert named <= SETTINGS
+
+
+@pytest.mark.parametrize("path", DEPLOYMENT, ids=lambda path: path.name)
+def test_every_command_that_is_started_exists(path: Path) -> None:
+    commands = {command.name for command in app.registered_commands}
+
+    started = re.findall(r'^\s*(?:command: |CMD )\["?(\w+)', path.read_text(), re.MULTILINE)
+
+    assert started
+    assert set(started) - {"python"} <= commands
+
+
+def test_the_image_is_built_from_every_package() -> None:
+    text = (ROOT / "Dockerfile").read_text()
+    ignored = (ROOT / ".dockerignore").read_text()
+
+    for package in PROJECT["tool"]["importlinter"]["root_packages"]:
+        assert f"COPY {package} " in text
+        assert f"!{package}\n" in ignored
+
+
+def test_every_dependency_is_pinned_to_one_version() -> None:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = [line for line in lines if not line.startswith("#")]
+    groups = [PROJECT["project"]["dependencies"]]
+    groups += PROJECT["project"]["optional-dependencies"].values()
+    wanted = {normalized(re.split(r"[><=;\[]", item)[0]) for group in groups for item in group}
+
+    assert all(re.fullmatch(r"[\w.-]+==[\w.]+", pin) for pin in pins)
+    assert wanted <= {normalized(pin.partition("==")[0]) for pin in pins}
