@@ -1,0 +1,53 @@
+"""The tables in docs/ are those of the code."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from meshcone.assets import Limits
+from meshcone.options import Options
+from meshcone.quality.records import Metrics, Validity
+from service.settings import ServiceSettings
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def option_rows(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from option_rows(field.annotation, f"{prefix}{name}.")
+        else:
+            default = json.dumps(field.default)
+            yield f"| `{prefix}{name}` | `{default}` | {field.description} |"
+
+
+def setting_rows(model: type[BaseModel], prefix: str) -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        default = "–" if field.default is None else f"`{field.default}`"  # noqa: RUF001
+        yield f"| `{prefix}{name.upper()}` | {default} | {field.description} |"
+
+
+@pytest.mark.parametrize("row", list(option_rows(Options)))
+def test_every_option_is_documented_with_its_default(row: str) -> None:
+    assert row in (DOCS / "options.md").read_text().splitlines()
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        *setting_rows(ServiceSettings, "MESHCONE_"),
+        *setting_rows(Limits, "MESHCONE_LIMIT_"),
+    ],
+)
+def test_every_setting_is_documented_with_its_default(row: str) -> None:
+    assert row in (DOCS / "deployment.md").read_text().splitlines()
+
+
+@pytest.mark.parametrize("name", [*Metrics.model_fields, *Validity.model_fields])
+def test_every_metric_is_defined(name: str) -> None:
+    assert f"`{name}" in (DOCS / "metrics.md").read_text()
