@@ -10,12 +10,12 @@ from typing import Any
 from fastapi import FastAPI
 
 from meshcone.options import Options
+from meshcone.settings import load_settings
 from service import health, jobs, problems, results
 from service.body_limit import BodyLimit
 from service.context import open_context
 from service.headers import SecurityHeaders
 from service.settings import ServiceSettings
-from worker.settings import load_settings
 
 DESCRIPTION = """\
 Send a mesh and its reference; get the mesh refined by a second-order cone program, the proof \

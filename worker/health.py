@@ -11,9 +11,10 @@ import sys
 from redis.exceptions import RedisError
 
 from meshcone.errors import InputError
+from meshcone.settings import load_settings
 from worker.connections import connect_bytes
 from worker.queue import JobQueue
-from worker.settings import WorkerSettings, load_settings
+from worker.settings import WorkerSettings
 
 
 def main() -> int:

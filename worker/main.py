@@ -25,7 +25,8 @@ def main() -> None:
         os.environ.setdefault(variable, "1")
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
 
-    from worker.settings import WorkerSettings, load_settings
+    from meshcone.settings import load_settings
+    from worker.settings import WorkerSettings
 
     settings = load_settings(WorkerSettings)
     url = settings.required_redis_url()

@@ -7,15 +7,14 @@ same variables, so that no process can run with settings of its own.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from meshcone.errors import InputError
 
 ENVIRONMENT_PREFIX = "MESHCONE_"
-Settings = TypeVar("Settings", bound=BaseSettings)
 AbsolutePath = Annotated[Path, AfterValidator(lambda path: path.expanduser().absolute())]
 
 
@@ -89,17 +88,3 @@ class WorkerSettings(BaseSettings):
                 "MESHCONE_REDIS_URL is not set; only `meshcone serve` brings a broker of its own"
             )
         return self.redis_url
-
-
-def load_settings(settings_class: type[Settings], **overrides: Any) -> Settings:
-    """Read settings from the environment, but for those given here.
-
-    Raises:
-        InputError: naming the first variable that cannot be used.
-    """
-    try:
-        return settings_class(**overrides)
-    except ValidationError as error:
-        first = error.errors()[0]
-        variable = ENVIRONMENT_PREFIX + "_".join(str(part) for part in first["loc"]).upper()
-        raise InputError(f"environment variable {variable}: {first['msg'].lower()}") from None

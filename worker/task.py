@@ -12,13 +12,14 @@ from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.refine import Refinement, refine
 from meshcone.report import diagnostics_csv
+from meshcone.settings import load_settings
 from worker.blobs import BlobStore
 from worker.connections import connect_text
 from worker.failures import TIMEOUT_MESSAGE, give_up_attempt
 from worker.ledger import Ledger, TransitionRefusedError
 from worker.progress import ProgressReporter
 from worker.records import Artifact, JobError, JobRecord, StoredFile
-from worker.settings import WorkerSettings, load_settings
+from worker.settings import WorkerSettings
 
 logger = logging.getLogger(__name__)
 

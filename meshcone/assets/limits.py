@@ -20,7 +20,12 @@ class Limits(BaseSettings):
     through in either format. A glTF and the files it names count as one asset.
     """
 
-    model_config = SettingsConfigDict(env_prefix="MESHCONE_LIMIT_", frozen=True, extra="ignore")
+    model_config = SettingsConfigDict(
+        env_prefix="MESHCONE_LIMIT_",
+        env_ignore_empty=True,  # an empty variable is how a compose file says "not set"
+        frozen=True,
+        extra="ignore",
+    )
 
     file_bytes: int = Field(256 * _MIB, ge=1, description="the file and its resources together")
     vertices: int = Field(2_000_000, ge=1, description="vertices as the file stores them")

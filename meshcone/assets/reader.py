@@ -12,6 +12,7 @@ from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
 from meshcone.errors import InputError
+from meshcone.settings import load_settings
 
 _ACCEPTED = "OBJ, glTF or GLB (as a reference also PLY, STL or OFF)"
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
@@ -44,11 +45,11 @@ def read_asset(
         limits: caps on sizes; by default those of the environment.
 
     Raises:
-        InputError: the file is not a mesh, is damaged, or uses what is not supported;
-            ``place`` says where.
+        InputError: the file is not a mesh, is damaged, or uses what is not supported,
+            and ``place`` says where; or a cap in the environment is no number.
         LimitError: the file is larger or deeper than ``limits`` accept.
     """
-    limits = limits or Limits()
+    limits = limits or load_settings(Limits)
     resources = resources or {}
     with naming(name):
         total = len(data) + sum(map(len, resources.values()))

@@ -26,8 +26,9 @@ def command(
     ] = None,
 ) -> None:
     """Run the service: API, workers and, unless MESHCONE_REDIS_URL is set, a broker."""
+    from meshcone.settings import load_settings
     from service.stack import Stack
-    from worker.settings import WorkerSettings, load_settings
+    from worker.settings import WorkerSettings
 
     overrides = {} if data_dir is None else {"data_dir": data_dir}
     settings = load_settings(WorkerSettings, **overrides)

@@ -154,9 +154,11 @@ def test_a_worker_without_a_broker_says_what_to_do(directory: Path) -> None:
 def test_a_setting_that_cannot_be_used_is_named(directory: Path) -> None:
     attempts = meshcone(directory, "serve", MESHCONE_ATTEMPTS="many")
     broker = meshcone(directory, "serve", MESHCONE_REDIS_URL="localhost:6379")
+    limit = meshcone(directory, "measure", "rough.obj", "ball.obj", MESHCONE_LIMIT_VERTICES="many")
 
     assert_refused(attempts, "environment variable MESHCONE_ATTEMPTS")
     assert_refused(broker, "environment variable MESHCONE_REDIS_URL")
+    assert_refused(limit, "environment variable MESHCONE_LIMIT_VERTICES")
 
 
 def test_serve_on_a_taken_port_is_told_in_one_line(directory: Path) -> None:

@@ -101,12 +101,12 @@ def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
 
 def _finite(word: bytes, place: str) -> float:
     value = float(word) if _NUMBER.fullmatch(word) else np.nan
-    if not abs(value) <= LARGEST_COORDINATE:
-        raise InputError(
-            f"expected a number of at most {LARGEST_COORDINATE:g}, found '{shown(word)}'",
-            place=place,
-        )
-    return value
+    if abs(value) <= LARGEST_COORDINATE:
+        return value
+    expected = (
+        "a finite number" if np.isnan(value) else f"a number of at most {LARGEST_COORDINATE:g}"
+    )
+    raise InputError(f"expected {expected}, found '{shown(word)}'", place=place)
 
 
 def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, float, float]:

@@ -134,3 +134,14 @@ def test_positions_agree_with_numpy_text_parsing():
     faces = "".join(f"f {k + 1} {k + 2} {k + 3}\n" for k in range(48))
     asset = read_asset("a.obj", (text.getvalue() + faces).encode())
     assert np.array_equal(asset.positions, points)
+
+
+def test_a_limit_that_is_no_number_is_named_in_one_line(monkeypatch):
+    monkeypatch.setenv("MESHCONE_LIMIT_VERTICES", "many")
+    with pytest.raises(InputError, match=r"^environment variable MESHCONE_LIMIT_VERTICES: [^\n]+$"):
+        read_asset("cube.obj", cube_obj())
+
+
+def test_an_empty_limit_is_not_set(monkeypatch):
+    monkeypatch.setenv("MESHCONE_LIMIT_VERTICES", "")
+    assert read_asset("cube.obj", cube_obj()).counts().vertices == 8

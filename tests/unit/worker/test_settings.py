@@ -3,7 +3,8 @@ from __future__ import annotations
 import pytest
 
 from meshcone.errors import InputError
-from worker.settings import WorkerSettings, load_settings
+from meshcone.settings import load_settings
+from worker.settings import WorkerSettings
 
 
 def test_a_setting_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
