@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any, Self
 
-import httpx
+import httpx2
 
 from meshcone.files import MeshFile
 from service.problems import MEDIA_TYPE, Problem
@@ -35,7 +35,7 @@ class Client:
     """Submits jobs to a MeshCone service and fetches their results.
 
     Every method raises :class:`ServiceError` where the service answers with a problem, and
-    ``httpx.TransportError`` where it does not answer.
+    ``httpx2.TransportError`` where it does not answer.
 
     Args:
         base_url: where the service listens, such as ``http://127.0.0.1:8000``.
@@ -43,8 +43,8 @@ class Client:
 
     def __init__(self, base_url: str) -> None:
         # A proxy from the environment cannot reach a service on this machine.
-        is_local = httpx.URL(base_url).host in ("127.0.0.1", "localhost", "::1")
-        self._http = httpx.Client(
+        is_local = httpx2.URL(base_url).host in ("127.0.0.1", "localhost", "::1")
+        self._http = httpx2.Client(
             base_url=base_url, timeout=REQUEST_TIMEOUT, trust_env=not is_local
         )
 
@@ -144,10 +144,10 @@ class Client:
         """The solver's iterations as a table, of a job that succeeded."""
         return self._get(f"{job_path(job_id)}/diagnostics.csv").text
 
-    def _get(self, path: str) -> httpx.Response:
+    def _get(self, path: str) -> httpx2.Response:
         return self._checked(self._http.get(path))
 
-    def _checked(self, answer: httpx.Response) -> httpx.Response:
+    def _checked(self, answer: httpx2.Response) -> httpx2.Response:
         if answer.headers.get("content-type", "").startswith(MEDIA_TYPE):
             raise ServiceError(Problem.model_validate_json(answer.content))
         return answer.raise_for_status()

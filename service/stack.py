@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import httpx
+import httpx2
 
 from meshcone.errors import InternalError
 from service.server import listen
@@ -172,8 +172,8 @@ class Stack:
 
     def _is_ready(self) -> bool:
         try:
-            answer = httpx.get(f"{self.url}/readyz", timeout=5, trust_env=False)
-        except httpx.TransportError:
+            answer = httpx2.get(f"{self.url}/readyz", timeout=5, trust_env=False)
+        except httpx2.TransportError:
             return False
         with connect_bytes(self.redis_url) as client:
             registered = JobQueue(self._settings, client).local_worker_pids()

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import httpx
+import httpx2
 import pytest
 
 from meshcone.assets import read_asset
@@ -25,8 +25,8 @@ TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 @pytest.fixture
-def http(stack: Stack) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=stack.url, timeout=60, trust_env=False) as client:
+def http(stack: Stack) -> Iterator[httpx2.Client]:
+    with httpx2.Client(base_url=stack.url, timeout=60, trust_env=False) as client:
         yield client
 
 
@@ -88,7 +88,7 @@ def test_options_reach_the_solver(client: Client, rough_ball: MeshFile, ball: Me
 
 
 def test_an_accepted_job_says_where_to_look_and_when(
-    http: httpx.Client, rough_ball: MeshFile, ball: MeshFile
+    http: httpx2.Client, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
     files = form((rough_ball.name, rough_ball.data), (ball.name, ball.data))
 
@@ -109,7 +109,7 @@ def test_a_finished_job_tells_its_story(finished: Job) -> None:
     assert finished.links.mesh == f"/v1/jobs/{finished.id}/mesh"
 
 
-def test_the_mesh_downloads_under_a_name_of_its_own(http: httpx.Client, finished: Job) -> None:
+def test_the_mesh_downloads_under_a_name_of_its_own(http: httpx2.Client, finished: Job) -> None:
     answer = http.get(f"/v1/jobs/{finished.id}/mesh")
 
     assert answer.headers["content-type"].startswith("model/obj")
@@ -117,7 +117,7 @@ def test_the_mesh_downloads_under_a_name_of_its_own(http: httpx.Client, finished
     assert answer.headers["x-content-type-options"] == "nosniff"
 
 
-def test_a_copy_that_is_current_is_not_sent_again(http: httpx.Client, finished: Job) -> None:
+def test_a_copy_that_is_current_is_not_sent_again(http: httpx2.Client, finished: Job) -> None:
     tag = http.get(f"/v1/jobs/{finished.id}/mesh").headers["etag"]
 
     answer = http.get(f"/v1/jobs/{finished.id}/mesh", headers={"If-None-Match": tag})
@@ -125,7 +125,7 @@ def test_a_copy_that_is_current_is_not_sent_again(http: httpx.Client, finished: 
     assert (answer.status_code, answer.content) == (304, b"")
 
 
-def test_diagnostics_come_as_json_or_as_a_table(http: httpx.Client, finished: Job) -> None:
+def test_diagnostics_come_as_json_or_as_a_table(http: httpx2.Client, finished: Job) -> None:
     path = f"/v1/jobs/{finished.id}/diagnostics"
 
     document = http.get(path).json()
@@ -228,7 +228,7 @@ def test_a_missing_resource_is_named_and_leaves_nothing_behind(
 
 @pytest.mark.parametrize("fields", [{}, {"options": '{"sed": 1}'}, {"options": "nope"}])
 def test_bad_options_leave_nothing_behind(
-    http: httpx.Client, client: Client, data_dir: Path, fields: dict[str, str]
+    http: httpx2.Client, client: Client, data_dir: Path, fields: dict[str, str]
 ) -> None:
     mesh = ("good.obj", TRIANGLE)
     before = everything_kept(client, data_dir)
