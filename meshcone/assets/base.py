@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
 
@@ -51,6 +52,8 @@ class Asset(abc.ABC):
         weld: (r,) welded vertex of each raw vertex, -1 where no face uses it.
         vertices: (n, 3) welded vertices in world space.
         faces: (m, 3) triangles over the welded vertices.
+        regions: (m,) material and group of each face, as an index into ``region_names``.
+        region_names: what a message calls each region.
         warnings: what a reader should know about the way the file was understood.
     """
 
@@ -62,6 +65,7 @@ class Asset(abc.ABC):
         name: str,
         surface: WeldedSurface,
         *,
+        regions: Regions,
         polygons: int,
         meshes: int,
         materials: int,
@@ -75,6 +79,9 @@ class Asset(abc.ABC):
         self.weld = surface.weld
         self.vertices = surface.vertices
         self.faces = surface.faces
+        self.regions = regions.labels[surface.kept]
+        self.regions.setflags(write=False)
+        self.region_names = regions.names
         self.warnings = warnings
         self._surface = surface
         self._counts = AssetCounts(

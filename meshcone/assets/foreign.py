@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset, NormalsPolicy
 from meshcone.assets.limits import LARGEST_COORDINATE, Limits
+from meshcone.assets.regions import Regions
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError
 
@@ -96,7 +97,14 @@ class ForeignAsset(Asset):
         triangles: NDArray[np.int64],
     ) -> None:
         surface = weld_surface(positions, triangles)
-        super().__init__(name, surface, polygons=len(triangles), meshes=1, materials=0)
+        super().__init__(
+            name,
+            surface,
+            regions=Regions.whole(len(triangles)),
+            polygons=len(triangles),
+            meshes=1,
+            materials=0,
+        )
         self.format = kind
         self.media_type = f"model/{kind}"
 

@@ -14,6 +14,7 @@ from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, join_glb, split_glb
 from meshcone.assets.gltf.document import Document, parse_document
 from meshcone.assets.gltf.ownership import check_ownership
+from meshcone.assets.gltf.regions import scene_regions
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.shading import write_shading
 from meshcone.assets.gltf.write import BufferEditor
@@ -60,6 +61,7 @@ class GltfAsset(Asset):
         super().__init__(
             name,
             weld_surface(scene.positions, scene.triangles),
+            regions=scene_regions(document.root, scene),
             polygons=sum(len(placed.triangles) for placed in scene.primitives),
             meshes=len({block.placement.node for block in scene.blocks}),
             materials=len({placed.primitive.material for placed in scene.primitives} - {None}),

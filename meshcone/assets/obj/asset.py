@@ -10,9 +10,11 @@ from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
+from meshcone.assets.obj.regions import face_regions
 from meshcone.assets.obj.scan import ObjLines, scan_lines
 from meshcone.assets.obj.write import digits_for_extent, replace_vectors, significant_digits
 from meshcone.assets.polygons import triangulate
+from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface, weld_surface
 from meshcone.errors import InputError
 
@@ -37,7 +39,8 @@ def read_obj(name: str, data: bytes, limits: Limits) -> ObjAsset:
     if fanned:
         warnings += (f"{fanned} large concave polygons were split as if they were convex",)
     surface = weld_surface(positions, faces.vertices[corners])
-    return ObjAsset(name, data, lines, faces, corners, surface, warnings)
+    regions = face_regions(lines, np.repeat(faces.rows, faces.sizes - 2))
+    return ObjAsset(name, data, lines, faces, corners, surface, regions, warnings)
 
 
 class ObjAsset(Asset):
@@ -60,14 +63,16 @@ class ObjAsset(Asset):
         faces: ObjFaces,
         corners: NDArray[np.int64],
         surface: WeldedSurface,
+        regions: Regions,
         warnings: tuple[str, ...],
     ) -> None:
         super().__init__(
             name,
             surface,
             polygons=len(faces.sizes),
-            meshes=lines.objects,
-            materials=lines.materials,
+            regions=regions,
+            meshes=len(set(lines.names(lines.objects)) or set(lines.names(lines.groups))) or 1,
+            materials=len(set(lines.names(lines.materials))),
             warnings=warnings,
         )
         self._data = data

@@ -32,12 +32,14 @@ class ObjFaces:
         vertices: (c,) vertex of each corner, polygon after polygon, from 0.
         normals: (c,) vn statement of each corner, from 0; -1 where there is none.
         sizes: (p,) corners per polygon.
+        rows: (p,) statement of each polygon.
         warnings: references that were ignored.
     """
 
     vertices: NDArray[np.int64]
     normals: NDArray[np.int64]
     sizes: NDArray[np.int64]
+    rows: NDArray[np.int64]
     warnings: tuple[str, ...]
 
 
@@ -163,7 +165,9 @@ def _resolve(
         place = lines.place(int(lines.faces[~whole][0]))
         warnings.append(f"{place}: a face with fewer than 3 corners; ignored")
     kept = np.repeat(whole, sizes)
-    return ObjFaces(resolved[kept], corner_normals[kept], sizes[whole], tuple(warnings))
+    return ObjFaces(
+        resolved[kept], corner_normals[kept], sizes[whole], lines.faces[whole], tuple(warnings)
+    )
 
 
 def _absolute(

@@ -26,8 +26,7 @@ class ObjLines:
         text: the same statements with line continuations turned into blanks.
         first_lines: 1-based number of each statement's first line in the file.
         vertices, normals, faces: rows of ``raw`` that hold v, vn and f.
-        objects: number of distinct objects, or groups if there are none, at least 1.
-        materials: number of distinct material names.
+        objects, groups, materials: rows that hold o, g and usemtl.
     """
 
     raw: list[bytes]
@@ -36,8 +35,9 @@ class ObjLines:
     vertices: NDArray[np.int64]
     normals: NDArray[np.int64]
     faces: NDArray[np.int64]
-    objects: int
-    materials: int
+    objects: NDArray[np.int64]
+    groups: NDArray[np.int64]
+    materials: NDArray[np.int64]
 
     def place(self, row: int) -> str:
         """Where a statement stands in the file, for messages."""
@@ -46,6 +46,10 @@ class ObjLines:
     def words(self, row: int) -> list[bytes]:
         """A statement's keyword and arguments, without comment."""
         return split_words(self.text[row])
+
+    def names(self, rows: NDArray[np.int64]) -> list[str]:
+        """What each of some o, g or usemtl statements names."""
+        return [b" ".join(self.words(row)[1:]).decode("utf-8", "replace") for row in rows.tolist()]
 
 
 def split_words(line: bytes) -> list[bytes]:
@@ -65,11 +69,6 @@ def scan_lines(data: bytes) -> ObjLines:
         text = [text[0].removeprefix(_BYTE_ORDER_MARK), *text[1:]]
 
     keywords = _Keywords(text)
-
-    def names(keyword: bytes) -> int:
-        rows = keywords.rows(keyword).tolist()
-        return len({b" ".join(split_words(text[row])[1:]) for row in rows})
-
     return ObjLines(
         raw=raw,
         text=text,
@@ -77,8 +76,9 @@ def scan_lines(data: bytes) -> ObjLines:
         vertices=keywords.rows(b"v"),
         normals=keywords.rows(b"vn"),
         faces=keywords.rows(b"f"),
-        objects=names(b"o") or names(b"g") or 1,
-        materials=names(b"usemtl"),
+        objects=keywords.rows(b"o"),
+        groups=keywords.rows(b"g"),
+        materials=keywords.rows(b"usemtl"),
     )
 
 
