@@ -12,7 +12,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from meshcone.errors import InputError
 
@@ -58,6 +58,19 @@ class SurfaceOptions(_Section):
     noise_scale: Positive = Field(
         0.5, description="noise over edge length at which the fairness acts in full"
     )
+    reverse_from: int = Field(
+        1, ge=0, description="first round, counted from 0, in which reference samples pull"
+    )
+    reach: Positive = Field(
+        4.0,
+        description="how far from the source a reference sample may lie and still pull, in "
+        "medians of the source's own distance",
+    )
+    fairness_knee: Positive = Field(
+        3.0,
+        description="fairness above this acts in full only where the noise exceeds the "
+        "edges by as much",
+    )
     edge_cap: Positive = Field(
         2.0,
         ge=1.0,
@@ -65,9 +78,78 @@ class SurfaceOptions(_Section):
     )
 
 
-class SolverOptions(_Section):
-    """Settings of SCS."""
+class Length(_Section):
+    """A length, relative to the reference's radius or in model units: exactly one of the two."""
 
+    relative: Positive | None = Field(None, description="share of the reference's radius")
+    model: Positive | None = Field(None, description="in the unit of the files")
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> Length:
+        if (self.relative is None) == (self.model is None):
+            raise ValueError("give either 'relative' or 'model'")
+        return self
+
+    def in_frame(self, radius: float) -> float:
+        """Return the length in a frame whose unit is ``radius`` model units."""
+        if self.model is not None:
+            return self.model / radius
+        assert self.relative is not None  # noqa: S101 - the validator above has seen to it
+        return self.relative
+
+
+class EdgeCapOptions(_Section):
+    """A further cap on edge lengths; exactly one of the fields."""
+
+    length: Length | None = Field(None, description="the same cap for every edge")
+    times_input: Positive | None = Field(None, description="multiple of each edge's input length")
+    times_local_median: Positive | None = Field(
+        None, description="multiple of the median input length of the edges at either end"
+    )
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> EdgeCapOptions:
+        given = [self.length, self.times_input, self.times_local_median]
+        if sum(value is not None for value in given) != 1:
+            raise ValueError("give one of 'length', 'times_input' and 'times_local_median'")
+        return self
+
+
+class PinOptions(_Section):
+    """Which vertices stay where they are."""
+
+    boundary: bool = Field(False, description="vertices on open borders")
+    region_borders: bool = Field(
+        False, description="vertices where two materials or groups meet, or one ends"
+    )
+    vertices: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        (), description="vertices by their index in the file, counted from 0"
+    )
+
+
+class ConeOptions(_Section):
+    """Constraints every answer of the surface program must satisfy."""
+
+    edge_cap: EdgeCapOptions | None = None
+    max_displacement: Length | None = Field(None, description="how far any vertex may move")
+    tolerance_band: Length | None = Field(
+        None, description="distance of every vertex from the plane at its closest reference point"
+    )
+    pin: PinOptions = PinOptions()
+
+
+class SolverOptions(_Section):
+    """How a round's program is solved, and the settings of SCS."""
+
+    method: Literal["active", "full"] = Field(
+        "active",
+        description="active: the relaxation, then only the cones it violates; "
+        "full: every cone to SCS at once",
+    )
+    certify: bool = Field(True, description="have SCS confirm the last round's optimum")
+    certify_limit: int = Field(
+        200_000, ge=0, description="vertices above which SCS is not asked to confirm"
+    )
     tolerance: Positive = Field(1e-5, description="absolute and relative tolerance of SCS")
     max_iterations: int = Field(1000, ge=1, le=1_000_000, description="iterations per solve")
     linear_solver: Literal["auto", "qdldl", "mkl", "cpu_indirect"] = Field(
@@ -89,12 +171,18 @@ class Options(_Section):
     """Everything a refinement depends on besides the two files."""
 
     formulation: Formulation = Field("surface", description="which program to solve")
+    effort: Literal["fast", "best"] = Field(
+        "best",
+        description="fast: the surface program once, as set; best: several settings of it, "
+        "of which the one closest to the reference is kept",
+    )
     normals: Literal["recompute", "keep"] = Field(
         "recompute", description="what happens to stored normals where positions moved"
     )
     seed: int = Field(0, ge=0, le=2**31 - 1, description="seed of every sampling")
     centroid: CentroidOptions = CentroidOptions()
     surface: SurfaceOptions = SurfaceOptions()
+    cones: ConeOptions = ConeOptions()
     solver: SolverOptions = SolverOptions()
     quality: QualityOptions = QualityOptions()
 

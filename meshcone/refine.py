@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import PurePath
 
 import numpy as np
 
+from meshcone.certificate_file import CertificateDocument, CertificateFile
+from meshcone.certify import certify
 from meshcone.files import MeshFile
+from meshcone.formulation import Formulated, formulate
 from meshcone.options import Options
 from meshcone.outcome import decide_outcome
 from meshcone.pair import Pair, read_pair
+from meshcone.program.answer import RefinedPositions
 from meshcone.program.diagnostics import SolverReport
-from meshcone.program.rounds import RefinedPositions, refine_centroid, refine_surface
 from meshcone.progress import Progress, ProgressCallback, Stage
-from meshcone.report import Displacement, Report, Timings
+from meshcone.report import Displacement, OutputRecord, Report, Timings
 from meshcone.scoring import Scorer
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats
@@ -33,12 +37,14 @@ class Refinement:
         data: the refined file, in the source's format.
         media_type: its media type.
         report: what was done and how good the result is.
+        certificate: the certificate file, or None where the input was kept.
     """
 
     name: str
     data: bytes
     media_type: str
     report: Report
+    certificate: bytes | None
 
 
 def refine(
@@ -65,44 +71,62 @@ def refine(
     tracker.enter("read")
     with watch.stage("read"):
         pair = read_pair(source, reference)
+        pair.source_asset.ensure_writable(options.normals)
+        problem = formulate(pair, options)
     tracker.enter("solve")
     with watch.stage("solve"):
-        solved = _solve(pair, options, tracker)
+        solved = problem.solve(tracker.round_done)
     tracker.enter("write")
     with watch.stage("write"):
-        positions = pair.frame.out_of(solved.positions)
-        data = pair.source_asset.patched(positions, normals=options.normals)
-        written = pair.written_positions(data)
+        written = _write(pair, solved, options)
     tracker.enter("quality")
     with watch.stage("quality"):
-        report = _report(pair, options, solved, written, watch)
+        report = _report(pair, options, problem, solved, written)
     return Refinement(
-        name=_refined_name(pair.source_asset.name),
-        data=data,
+        name=written.record.name,
+        data=written.data,
         media_type=pair.source_asset.media_type,
+        # Only now is the last stage over.
         report=report.model_copy(update={"timings": _timings(watch)}),
+        certificate=_certificate(pair, options, solved, written),
     )
 
 
-def _solve(pair: Pair, options: Options, tracker: _Tracker) -> RefinedPositions:
-    if options.formulation == "centroid":
-        return refine_centroid(pair.source, pair.reference, options)
-    return refine_surface(pair.source, pair.reference, options, tracker.round_done)
+@dataclass(frozen=True)
+class _Written:
+    """The refined file and the positions it stores, (n, 3) in the frame."""
+
+    record: OutputRecord
+    data: bytes
+    positions: Floats
+
+
+def _write(pair: Pair, solved: RefinedPositions, options: Options) -> _Written:
+    if solved.kept_input:
+        data = pair.source_file.data
+    else:
+        positions = pair.frame.out_of(solved.positions)
+        data = pair.source_asset.patched(positions, normals=options.normals)
+    record = OutputRecord(
+        name=_refined_name(pair.source_asset.name),
+        sha256=hashlib.sha256(data).hexdigest(),
+        bytes=len(data),
+    )
+    return _Written(record, data, pair.written_positions(data))
 
 
 def _report(
-    pair: Pair, options: Options, solved: RefinedPositions, written: Floats, watch: Stopwatch
+    pair: Pair, options: Options, problem: Formulated, solved: RefinedPositions, written: _Written
 ) -> Report:
     scorer = Scorer(pair.reference, options)
-    before, after = scorer.score(pair.source), scorer.score(pair.source.moved_to(written))
-    moves = np.linalg.norm(written - pair.source.vertices, axis=1)
-    solver = SolverReport(
-        formulation=options.formulation,
-        form=options.centroid.form if options.formulation == "centroid" else "reduced",
-        solved=all(record.info.solved for record in solved.rounds),
-        iterations=sum(record.info.iterations for record in solved.rounds),
-        rounds=solved.rounds,
-    )
+    before = scorer.score(pair.source)
+    after = scorer.score(pair.source.moved_to(written.positions))
+    moves = np.linalg.norm(written.positions - pair.source.vertices, axis=1)
+    certificate = None
+    if solved.final is not None:
+        program_positions = problem.into_program(written.positions)
+        certificate = certify(solved.final, program_positions, options.solver.tolerance)
+    solver = _solver_report(options, solved)
     return Report(
         version=version("meshcone"),
         outcome=decide_outcome(
@@ -112,20 +136,61 @@ def _report(
         frame=pair.frame_record(),
         options=options,
         quality=scorer.quality(before, after),
+        output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,
-        warnings=pair.warnings() + _solver_warnings(solver),
-        timings=_timings(watch),
+        certificate=certificate,
+        warnings=pair.warnings() + _solver_warnings(solver, solved),
+        timings=Timings(read=0, quality=0, total=0),
     )
 
 
-def _solver_warnings(solver: SolverReport) -> list[str]:
-    return [
+def _certificate(
+    pair: Pair, options: Options, solved: RefinedPositions, written: _Written
+) -> bytes | None:
+    if solved.final is None:
+        return None
+    document = CertificateDocument(
+        version=version("meshcone"),
+        source_sha256=hashlib.sha256(pair.source_file.data).hexdigest(),
+        reference_sha256=hashlib.sha256(pair.reference_file.data).hexdigest(),
+        refined_sha256=written.record.sha256,
+        candidate=solved.candidate,
+        round_index=solved.final.round_index,
+        options=options,
+    )
+    return CertificateFile.of(solved.final, document).to_bytes()
+
+
+def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
+    asked = [record.info for record in solved.rounds if record.info is not None]
+    last = solved.rounds[-1].info
+    return SolverReport(
+        formulation=options.formulation,
+        form=options.centroid.form if options.formulation == "centroid" else "reduced",
+        effort=options.effort,
+        candidate=solved.candidate,
+        solved=all(info.solved for info in asked),
+        confirmed=last is not None and last.solved,
+        iterations=sum(info.iterations for info in asked),
+        confirm_seconds=solved.confirm_seconds,
+        rounds=solved.rounds,
+    )
+
+
+def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[str]:
+    warnings = [
         f"round {record.round}: the solver stopped after {record.info.iterations} iterations "
         "without meeting its tolerance"
         for record in solver.rounds
-        if not record.info.solved
+        if record.info is not None and not record.info.solved
     ]
+    if solved.kept_input:
+        warnings.append(
+            "every setting tried ended farther from the reference than the input, "
+            "which is returned as it was"
+        )
+    return warnings
 
 
 def _timings(watch: Stopwatch) -> Timings:

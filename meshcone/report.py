@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.options import Options
-from meshcone.program.diagnostics import SolverReport
+from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.records import Quality, Validity
 
 Outcome = Literal["improved", "indistinguishable", "unchanged", "reference_copy", "worse"]
@@ -56,6 +56,32 @@ class Displacement(_Record):
     max: float
 
 
+class OutputRecord(_Record):
+    """The refined file."""
+
+    name: str
+    sha256: str
+    bytes: int
+
+
+class CertificateRecord(_Record):
+    """The last round's optimality, recomputed from its program without a solver."""
+
+    tolerance: float = Field(description="what each residual must not exceed")
+    holds: bool = Field(description="whether none of the residuals at the optimum exceeds it")
+    round: int = Field(description="the round it is about, counted from 1")
+    cones: dict[str, int] = Field(description="cones of each kind, all of them checked")
+    active: dict[str, int] = Field(description="cones with a multiplier, by kind")
+    relaxation_is_optimal: bool = Field(
+        description="no cone is active: the optimum without cones satisfies all of them"
+    )
+    optimum: Residuals = Field(description="at the solver's precision")
+    written: Residuals = Field(description="at the positions as the refined file stores them")
+    precision: float = Field(
+        description="largest distance between optimum and written positions, relative"
+    )
+
+
 class Timings(_Record):
     """Wall-clock seconds of each stage."""
 
@@ -88,8 +114,12 @@ class Report(_Record):
     frame: FrameRecord
     options: Options
     quality: Quality
+    output: OutputRecord
     displacement: Displacement
     solver: SolverReport
+    certificate: CertificateRecord | None = Field(
+        description="absent where the input was kept as it was"
+    )
     warnings: list[str]
     timings: Timings
 

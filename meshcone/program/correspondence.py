@@ -22,9 +22,7 @@ from meshcone.surface.closest import barycentric_weights
 _OPPOSED_WEIGHT = 0.02
 # The first round still sees noisy normals: only clear opposition counts.
 _FIRST_ROUND_OPPOSITION = -0.5
-# A sample farther from the source than this many median distances (plus a floor in the
-# unit sphere) has no counterpart there: a hole, a missing part.
-_REACH_IN_MEDIANS = 4.0
+# Samples within this distance of the source pull at it whatever its median distance is.
 _REACH_FLOOR = 0.02
 _FAIRNESS_FLOOR = 1e-4
 _SAMPLES_PER_VERTEX = 2
@@ -70,8 +68,8 @@ class SourceStructure:
     Attributes:
         laplacian: (n, n) uniform Laplacian: each vertex minus the mean of its neighbours.
         orientation: 1, or −1 where the source is inside out against the reference.
-        noisiness: (n,) share, 0 to 1, in which fairness acts at each vertex: the squared
-            ratio of its neighbourhood's distance from the reference to its edge length.
+        noisiness: (n,) squared ratio of the distance of each vertex's neighbourhood from
+            the reference to the length of its edges: above 1, edges say nothing of the shape.
     """
 
     laplacian: sparse.csr_array
@@ -80,7 +78,13 @@ class SourceStructure:
 
     @staticmethod
     def of(source: Mesh, reference: PreparedReference, noise_scale: float) -> SourceStructure:
-        """Measure the input against the reference."""
+        """Measure the input against the reference.
+
+        Args:
+            source: the input in the frame.
+            reference: the prepared reference.
+            noise_scale: distance over edge length at which the noisiness is 1.
+        """
         count, edges = len(source.vertices), source.edges
         degree = np.maximum(np.bincount(edges.ravel(), minlength=count), 1)
         ends = np.concatenate([edges, edges[:, ::-1]])
@@ -97,8 +101,18 @@ class SourceStructure:
         return SourceStructure(
             laplacian=laplacian.tocsr(),
             orientation=1.0 if agreement.mean() >= 0 else -1.0,
-            noisiness=np.minimum(1, (nearby / scale) ** 2) + _FAIRNESS_FLOOR,
+            noisiness=(nearby / scale) ** 2,
         )
+
+    def fairness(self, weight: float, knee: float) -> Floats:
+        """Return the fairness of each vertex, (n,), for a round's weight.
+
+        It acts in proportion to the noisiness, up to the weight. A weight above the knee
+        smooths a dense noisy mesh enough to unfold it and would melt a coarse one, so it is
+        reached only where the noisiness is as much above 1.
+        """
+        share = np.minimum(1, self.noisiness * min(1, knee / weight)) if weight > 0 else 0.0
+        return np.asarray(weight * (share + _FAIRNESS_FLOOR) + np.zeros_like(self.noisiness))
 
 
 def round_objective(
@@ -111,8 +125,8 @@ def round_objective(
     """Build a round's objective from the positions of the round before.
 
     Args:
-        round_index: 0 for the first round, which uses no reverse term: the input is too
-            rough for samples of the reference to know where on it they belong.
+        round_index: counted from 0. By default the first round uses no reverse term: the
+            input is too rough for samples of the reference to know where on it they belong.
         moving: the source where the previous round left it, in the reference's frame.
         reference: the prepared reference.
         structure: what stays of the source.
@@ -130,8 +144,8 @@ def round_objective(
     )
     backward: PlanePull | None = None
     carried: SurfacePoints | None = None
-    if round_index > 0 and options.reverse > 0:
-        reach = _REACH_IN_MEDIANS * float(np.median(closest.distances)) + _REACH_FLOOR
+    if round_index >= options.reverse_from and options.reverse > 0:
+        reach = options.reach * float(np.median(closest.distances)) + _REACH_FLOOR
         backward, carried = _reverse_term(moving, reference, structure, options, reach)
     return SurfaceObjective(
         forward=forward,
@@ -140,7 +154,7 @@ def round_objective(
         previous=moving.vertices,
         proximity=options.proximity,
         laplacian=structure.laplacian,
-        fairness=options.fairness[round_index] * structure.noisiness,
+        fairness=structure.fairness(options.fairness[round_index], options.fairness_knee),
     )
 
 

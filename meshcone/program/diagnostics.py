@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -42,15 +44,26 @@ class RoundRecord(_Record):
     """One convex program of the refinement."""
 
     round: int = Field(description="counted from 1")
-    sizes: ProgramSizes
-    info: SolveRecord
+    method: Literal["relaxation", "multipliers", "scs"] = Field(
+        description="relaxation: no cone was violated without any, so none is active; "
+        "multipliers: the dual method on the violated cones; scs: SCS"
+    )
+    passes: int = Field(description="selections of violated cones it took")
+    seconds: float = Field(description="data and solution of this round, without SCS confirming")
+    sizes: ProgramSizes | None = Field(
+        None, description="of the program SCS solved or confirmed; absent where it was not asked"
+    )
+    info: SolveRecord | None = Field(
+        None, description="SCS's account of solving or confirming; absent where it was not asked"
+    )
     active_cones: dict[str, int] = Field(description="cones with a multiplier, by kind")
     largest_violation: float = Field(
         description="how far the worst cone is exceeded, relative to the reference's radius"
     )
     movement: float = Field(description="root mean square distance moved in this round")
     history: dict[str, list[float]] = Field(
-        description="residuals, objectives and seconds at each iteration"
+        default_factory=dict,
+        description="residuals, objectives and seconds at each iteration of SCS",
     )
 
 
@@ -59,6 +72,30 @@ class SolverReport(_Record):
 
     formulation: str
     form: str = Field(description="reduced or cvxpy")
-    solved: bool = Field(description="whether every round met the tolerance")
-    iterations: int = Field(description="in all rounds together")
+    effort: str = Field(description="fast or best")
+    candidate: str = Field(description="which of the settings tried was kept")
+    solved: bool = Field(description="whether every round was solved to its tolerance")
+    confirmed: bool = Field(description="whether SCS confirmed the last round's optimum")
+    iterations: int = Field(description="of SCS, in all rounds together")
+    confirm_seconds: float = Field(description="spent on SCS confirming the last round")
     rounds: list[RoundRecord]
+
+
+class Residuals(_Record):
+    """How far a point is from optimal; zero is a proof."""
+
+    primal: float = Field(
+        description="largest violation over all cones, relative to the reference's radius"
+    )
+    dual: float = Field(
+        description="‖P x + c + Aᵀy‖∞ or the distance of y from K*, whichever is larger, "
+        "relative to 1 + max(‖P x‖∞, ‖c‖∞, ‖Aᵀy‖∞)"
+    )
+    gap: float = Field(
+        description="|xᵀP x + cᵀx + bᵀy| relative to 1 plus the largest of its terms"
+    )
+
+    @property
+    def worst(self) -> float:
+        """The largest of the three."""
+        return max(self.primal, self.dual, self.gap)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import tempfile
+import time
 from pathlib import Path
 
 import cvxpy as cp
@@ -18,8 +19,10 @@ from meshcone.options import SolverOptions
 from meshcone.program.centroid import CentroidObjective
 from meshcone.program.cones import EdgeCaps
 from meshcone.program.diagnostics import ProgramSizes, RoundRecord
+from meshcone.program.records import active_cones
+from meshcone.program.round_solver import Multipliers
 from meshcone.program.scs_solver import check_status, read_history, record_of
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, normalized
 
 
 def centroid_model(objective: CentroidObjective, caps: EdgeCaps) -> tuple[cp.Problem, cp.Variable]:
@@ -49,7 +52,7 @@ def compiled_sizes(problem: cp.Problem) -> ProgramSizes:
 
 def solve_centroid_model(
     objective: CentroidObjective, caps: EdgeCaps, options: SolverOptions, before: Floats
-) -> tuple[Floats, RoundRecord]:
+) -> tuple[Floats, tuple[Multipliers, ...], RoundRecord]:
     """Solve the model by CVXPY with SCS.
 
     Args:
@@ -59,11 +62,12 @@ def solve_centroid_model(
         before: (n, 3) positions the record's movement is counted from.
 
     Returns:
-        The optimum X (n, 3) and the record of the solve.
+        The optimum X (n, 3), the multipliers of the edge cones and the record of the solve.
 
     Raises:
         InfeasibleError, SolveTimeoutError, InternalError: as :func:`scs_solver.solve`.
     """
+    started = time.perf_counter()
     problem, X = centroid_model(objective, caps)
     with tempfile.TemporaryDirectory(prefix="meshcone-scs-") as directory:
         log = Path(directory) / "iterations.csv"
@@ -81,14 +85,31 @@ def solve_centroid_model(
     info = problem.solver_stats.extra_stats["info"]
     check_status(info, options)
     optimum = np.asarray(X.value)
-    multipliers = np.asarray(problem.constraints[0].dual_value)
+    strengths = np.asarray(problem.constraints[0].dual_value).ravel()
+    multipliers = _cone_multipliers(caps, optimum, strengths)
+    moves = np.sum((optimum - before) ** 2, axis=1)
     record = RoundRecord(
         round=1,
+        method="scs",
+        passes=1,
+        seconds=time.perf_counter() - started,
         sizes=compiled_sizes(problem),
         info=record_of(info, constant=0.0),
-        active_cones={EdgeCaps.kind: int(np.count_nonzero(multipliers > 1e-6))},
+        active_cones=active_cones([caps], multipliers),
         largest_violation=float(caps.violation(optimum).max(initial=0)),
-        movement=float(np.sqrt(np.mean(np.sum((optimum - before) ** 2, axis=1)))),
+        movement=float(np.sqrt(moves.mean())),
         history=history,
     )
-    return optimum, record
+    return optimum, multipliers, record
+
+
+def _cone_multipliers(
+    caps: EdgeCaps, optimum: Floats, strengths: Floats
+) -> tuple[Multipliers, ...]:
+    """Turn the multipliers of ‖u‖ ≤ δ, (k,), into those of the cones (δ, u)."""
+    which = np.flatnonzero(strengths > 1e-9 * max(float(strengths.max(initial=0.0)), 1.0))
+    if not len(which):
+        return ()
+    directions = normalized(caps.slack(optimum)[which, 1:])
+    tips = strengths[which, None]
+    return (Multipliers(caps, which, np.concatenate([tips, -tips * directions], axis=1)),)

@@ -15,7 +15,7 @@ from meshcone.errors import InternalError
 from meshcone.program.conic import QuadraticObjective
 from meshcone.surface.arrays import Floats
 
-_RELATIVE_RESIDUAL = 1e-7
+TIGHT = 1e-7
 _ITERATION_LIMIT = 5000
 
 
@@ -26,15 +26,18 @@ class PreconditionedObjective(QuadraticObjective, Protocol):
         """Return the diagonal of P, (3n,)."""
 
 
-def solve_relaxation(objective: PreconditionedObjective, start: Floats) -> Floats:
+def solve_relaxation(
+    objective: PreconditionedObjective, start: Floats, tolerance: float = TIGHT
+) -> Floats:
     """Minimise the objective without constraints, by Jacobi-preconditioned CG.
 
     Args:
         objective: strictly convex.
         start: (3n,) first guess.
+        tolerance: the gradient is reduced below this share of the objective's linear term.
 
     Returns:
-        The minimiser (3n,), to a relative residual of 1e-7.
+        The minimiser (3n,).
 
     Raises:
         InternalError: CG did not converge.
@@ -47,7 +50,7 @@ def solve_relaxation(objective: PreconditionedObjective, start: Floats) -> Float
         operator,
         -objective.linear,
         x0=start,
-        rtol=_RELATIVE_RESIDUAL,
+        rtol=tolerance,
         maxiter=_ITERATION_LIMIT,
         M=preconditioner,
     )

@@ -1,67 +1,168 @@
-"""Running a formulation from the first round to the last."""
+"""Running the surface formulation from the first round to the last, under several settings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from meshcone.errors import InternalError
 from meshcone.options import Options
-from meshcone.program.centroid import CentroidObjective, choose_anchor
-from meshcone.program.cones import ConeFamily, EdgeCaps
-from meshcone.program.conic import ConicProgram, assemble, everything
-from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
-from meshcone.program.diagnostics import ProgramSizes, RoundRecord
-from meshcone.program.model import solve_centroid_model
-from meshcone.program.relaxation import solve_relaxation
-from meshcone.program.scs_solver import PrimalDual, ScsRun, solve
-from meshcone.surface import Mesh, sample_surface
+from meshcone.program.answer import FinalProgram, RefinedPositions
+from meshcone.program.confirm import confirm_optimum
+from meshcone.program.correspondence import PreparedReference, SourceStructure
+from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.effort import Candidate, candidates
+from meshcone.program.records import record_round
+from meshcone.program.relaxation import TIGHT
+from meshcone.program.request import SourceLabels, resolve_cones
+from meshcone.program.round_solver import RoundSolution, solve_round
+from meshcone.program.surface_problem import SurfaceProblem
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
 RoundCallback = Callable[[int, int], None]
 
-# A multiplier below this share of the largest is the solver's rounding.
-_ACTIVE_SHARE = 1e-6
+# Rounds before the last only prepare the next one's data.
+_INTERMEDIATE_TOLERANCE = 1e-5
+# A round that moves the vertices by less than this share of the radius ends the refinement.
+_STANDSTILL = 1e-7
+_SCORING_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
-class RefinedPositions:
-    """Where a formulation put the vertices.
+class _CandidateRun:
+    candidate: Candidate
+    final: FinalProgram
+    solution: RoundSolution
+    records: list[RoundRecord]
+    score: float
+
+
+@dataclass
+class SurfaceRefiner:
+    """The surface formulation of one pair, under every setting the effort allows.
 
     Attributes:
-        positions: (n, 3) in the reference's frame.
-        rounds: what happened in each round.
-        copied_reference: the program was anchored at the reference's own vertices, so its
-            answer is a copy of the reference and no refinement.
-    """
-
-    positions: Floats
-    rounds: list[RoundRecord]
-    copied_reference: bool
-
-
-def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedPositions:
-    """Solve the paper's program and undo its shrink.
-
-    Args:
         source: in the reference's frame.
         reference: in its own frame.
-        options: ``options.centroid`` and ``options.solver`` are read.
+        options: the caller's.
+        radius: the frame's radius in model units, for lengths given in them.
+        labels: regions and vertex numbering of the source file, for pins.
     """
-    chosen = options.centroid
-    samples = sample_surface(reference, chosen.samples, options.seed, method="random")
-    anchor, copied = choose_anchor(source, reference)
-    objective = CentroidObjective(samples.points.mean(axis=0), anchor, chosen.regularization)
-    caps = EdgeCaps.uniform(source, chosen.edge_cap)
-    if chosen.form == "cvxpy":
-        optimum, record = solve_centroid_model(objective, caps, options.solver, source.vertices)
-    else:
-        program = assemble(objective, everything([caps]))
-        run = solve(program, options.solver)
-        optimum = run.solution.x.reshape(-1, 3)
-        record = _record(1, program, run, [caps], source.vertices)
-    return RefinedPositions(objective.undo_shrink(optimum), [record], copied)
+
+    source: Mesh
+    reference: Mesh
+    options: Options
+    radius: float = 1.0
+    labels: SourceLabels | None = None
+    _prepared: PreparedReference = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Sample the reference once for all settings."""
+        count = len(self.source.vertices)
+        self._prepared = PreparedReference.of(self.reference, count, self.options.seed)
+
+    def problem(self, candidate: Candidate) -> SurfaceProblem:
+        """Write the formulation under one setting."""
+        chosen, source = candidate.options, self.source
+        labels = self.labels or SourceLabels(
+            np.zeros(len(source.faces), np.int64), np.arange(len(source.vertices))
+        )
+        return SurfaceProblem(
+            source=source,
+            reference=self._prepared,
+            structure=SourceStructure.of(source, self._prepared, chosen.noise_scale),
+            request=resolve_cones(source, chosen.edge_cap, self.options.cones, self.radius, labels),
+            options=chosen,
+        )
+
+    def run(self, on_round: RoundCallback | None = None) -> RefinedPositions:
+        """Refine under each setting, keep the one closest to the reference, confirm it.
+
+        Args:
+            on_round: called with the rounds done and the rounds in all.
+        """
+        tried = candidates(self.options)
+        count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
+        runs = [self._run_one(candidate, count, scored=len(tried) > 1) for candidate in tried]
+        best = min(runs, key=lambda run: run.score)
+        if len(tried) > 1 and best.score > self._score(self.source.vertices):
+            return RefinedPositions(
+                self.source.vertices, best.records, None, best.candidate.name, kept_input=True
+            )
+        return self._confirmed(best)
+
+    def _run_one(self, candidate: Candidate, count: _Countdown, *, scored: bool) -> _CandidateRun:
+        problem = self.problem(candidate)
+        before, records = self.source.vertices, []
+        for index in range(problem.rounds):
+            started = time.perf_counter()
+            objective, families = problem.program(index, before)
+            last = index == problem.rounds - 1
+            solution = solve_round(
+                objective,
+                families,
+                before,
+                self.options.solver,
+                relaxation_tolerance=TIGHT if last else _INTERMEDIATE_TOLERANCE,
+            )
+            elapsed = time.perf_counter() - started
+            records.append(record_round(index, solution, families, before, elapsed))
+            count.advance(problem.rounds - index if records[-1].movement < _STANDSTILL else 1)
+            if last or records[-1].movement < _STANDSTILL:
+                final = FinalProgram(
+                    index, before, objective, families, solution.positions, solution.multipliers
+                )
+                score = self._score(solution.positions) if scored else 0.0
+                return _CandidateRun(candidate, final, solution, records, score)
+            before = solution.positions
+        raise InternalError("the schedule has no rounds")
+
+    def _score(self, positions: Floats) -> float:
+        """Return the mean point-to-surface distance, over samples both ways."""
+        mesh = self.source.moved_to(positions)
+        samples = sample_surface(mesh, _SCORING_SAMPLES, self.options.seed)
+        there = self._prepared.tree.closest(samples.points).distances.mean()
+        target = sample_surface(self.reference, _SCORING_SAMPLES, self.options.seed + 1)
+        back = SurfaceTree(mesh).closest(target.points).distances.mean()
+        return float((there + back) / 2)
+
+    def _confirmed(self, best: _CandidateRun) -> RefinedPositions:
+        started = time.perf_counter()
+        records = best.records
+        if self.options.solver.certify and best.solution.run is None:
+            small = len(self.source.vertices) <= self.options.solver.certify_limit
+            if small:
+                records = [
+                    *records[:-1],
+                    confirm_optimum(
+                        best.final.objective,
+                        best.final.families,
+                        best.solution,
+                        records[-1],
+                        self.options.solver,
+                    ),
+                ]
+        return RefinedPositions(
+            best.final.positions,
+            records,
+            best.final,
+            best.candidate.name,
+            confirm_seconds=time.perf_counter() - started,
+        )
+
+
+class _Countdown:
+    def __init__(self, callback: RoundCallback | None, total: int) -> None:
+        self._callback, self._total, self._done = callback, total, 0
+
+    def advance(self, rounds: int) -> None:
+        self._done += rounds
+        if self._callback is not None:
+            self._callback(self._done, self._total)
 
 
 def refine_surface(
@@ -72,74 +173,7 @@ def refine_surface(
     Args:
         source: in the reference's frame.
         reference: in its own frame.
-        options: ``options.surface`` and ``options.solver`` are read.
+        options: ``effort``, ``surface``, ``cones``, ``solver`` and ``seed`` are read.
         on_round: called with the rounds done and the rounds in all.
     """
-    chosen = options.surface
-    prepared = PreparedReference.of(reference, len(source.vertices), options.seed)
-    structure = SourceStructure.of(source, prepared, chosen.noise_scale)
-    families: list[ConeFamily] = [EdgeCaps.relative(source, chosen.edge_cap)]
-    moving, records = source, []
-    for index in range(len(chosen.fairness)):
-        objective = round_objective(index, moving, prepared, structure, chosen)
-        relaxed = solve_relaxation(objective, moving.vertices.ravel())
-        program = assemble(objective, everything(families))
-        start = PrimalDual(relaxed, np.zeros(len(program.b)), program.b - program.A @ relaxed)
-        run = solve(program, options.solver, start)
-        records.append(_record(index + 1, program, run, families, moving.vertices))
-        moving = moving.moved_to(run.solution.x.reshape(-1, 3))
-        if on_round is not None:
-            on_round(index + 1, len(chosen.fairness))
-    return RefinedPositions(moving.vertices, records, copied_reference=False)
-
-
-def _record(
-    number: int,
-    program: ConicProgram,
-    run: ScsRun,
-    families: Sequence[ConeFamily],
-    before: Floats,
-) -> RoundRecord:
-    after = run.solution.x.reshape(-1, 3)
-    return RoundRecord(
-        round=number,
-        sizes=_sizes(program),
-        info=run.info,
-        active_cones=_active_cones(program, run.solution.y),
-        largest_violation=max(
-            (float(family.violation(after).max(initial=0)) for family in families), default=0.0
-        ),
-        movement=float(np.sqrt(np.mean(np.sum((after - before) ** 2, axis=1)))),
-        history=run.history,
-    )
-
-
-def _sizes(program: ConicProgram) -> ProgramSizes:
-    cones: dict[str, int] = {}
-    rows = {"zero": 0, "linear": 0, "second_order": 0}
-    for selection in program.selections:
-        family = selection.family
-        cones[family.kind] = cones.get(family.kind, 0) + len(selection.which)
-        rows[family.cone] += selection.size
-    diagonal = int(np.count_nonzero(program.P.diagonal()))
-    return ProgramSizes(
-        variables=len(program.c),
-        constraints=len(program.b),
-        cones=cones,
-        nnz_A=program.A.nnz,
-        nnz_P=(program.P.nnz + diagonal) // 2,
-        **rows,
-    )
-
-
-def _active_cones(program: ConicProgram, multipliers: Floats) -> dict[str, int]:
-    threshold = _ACTIVE_SHARE * max(float(np.abs(multipliers).max(initial=0)), 1.0)
-    active: dict[str, int] = {}
-    row = 0
-    for selection in program.selections:
-        block = multipliers[row : row + selection.size]
-        norms = np.linalg.norm(block.reshape(-1, selection.family.dimension), axis=1)
-        kind = selection.family.kind
-        active[kind] = active.get(kind, 0) + int(np.count_nonzero(norms > threshold))
-        row += selection.size
-    return active
+    return SurfaceRefiner(source, reference, options).run(on_round)

@@ -1,6 +1,17 @@
 """Constraint kinds, one file each."""
 
+from meshcone.program.cones.band import ToleranceBand
 from meshcone.program.cones.base import ConeFamily, ConeType, cone_violation
+from meshcone.program.cones.displacement import DisplacementCaps
 from meshcone.program.cones.edge_cap import EdgeCaps
+from meshcone.program.cones.pin import Pins
 
-__all__ = ["ConeFamily", "ConeType", "EdgeCaps", "cone_violation"]
+__all__ = [
+    "ConeFamily",
+    "ConeType",
+    "DisplacementCaps",
+    "EdgeCaps",
+    "Pins",
+    "ToleranceBand",
+    "cone_violation",
+]

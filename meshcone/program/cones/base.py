@@ -58,6 +58,21 @@ class ConeFamily(abc.ABC):
         """Return how far each slack lies outside its cone, (k,), 0 where it lies inside."""
         return cone_violation(self.cone, self.slack(positions))
 
+    def tightness(self, positions: Floats) -> Floats:
+        """Return (k,) how close each cone is to being violated: above 0 it is.
+
+        Relative to the bound for a second-order cone (``‖u‖/t − 1``), to the slack of the
+        middle for linear rows.
+        """
+        slack = self.slack(positions)
+        if self.cone == "second_order":
+            bounds = np.maximum(slack[:, 0], 1e-300)
+            return np.asarray(np.linalg.norm(slack[:, 1:], axis=1) / bounds - 1)
+        if self.cone == "linear":
+            scale = np.maximum(np.abs(slack).mean(axis=1), 1e-300)
+            return np.asarray(-slack.min(axis=1) / scale)
+        return np.asarray(np.abs(slack).max(axis=1, initial=0.0))
+
 
 def cone_violation(cone: ConeType, slack: Floats) -> Floats:
     """Measure how far slacks (k, d) lie outside the cone, in the unit of the slack, (k,).
@@ -69,3 +84,24 @@ def cone_violation(cone: ConeType, slack: Floats) -> Floats:
     if cone == "linear":
         return np.asarray(np.maximum(-slack, 0).max(axis=1, initial=0.0))
     return np.asarray(np.maximum(np.linalg.norm(slack[:, 1:], axis=1) - slack[:, 0], 0))
+
+
+def coordinate_rows(
+    vertices: Ints, vertex_count: int, *, stride: int, offset: int
+) -> sparse.csr_array:
+    """Write rows −x_i, three to each of (j,) vertices.
+
+    Args:
+        vertices: (j,) the vertices.
+        vertex_count: n.
+        stride: rows per cone.
+        offset: the row in each cone that holds the first coordinate.
+
+    Returns:
+        A of shape (j·stride, 3n).
+    """
+    count = len(vertices)
+    rows = (stride * np.arange(count)[:, None] + offset + np.arange(3)).ravel()
+    columns = (3 * vertices[:, None] + np.arange(3)).ravel()
+    shape = (stride * count, 3 * vertex_count)
+    return sparse.coo_array((np.full(3 * count, -1.0), (rows, columns)), shape=shape).tocsr()

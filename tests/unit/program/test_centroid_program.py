@@ -11,7 +11,7 @@ from meshcone.program.centroid import CentroidObjective, choose_anchor
 from meshcone.program.cones import EdgeCaps
 from meshcone.program.conic import assemble, everything
 from meshcone.program.model import centroid_model, compiled_sizes
-from meshcone.program.rounds import refine_centroid
+from meshcone.program.paper import refine_centroid
 from meshcone.program.scs_solver import solve
 from meshcone.surface import Mesh
 from tests.meshes import noisy, sheet, sphere
@@ -130,6 +130,7 @@ def test_both_forms_return_the_reference_and_say_that_they_copied_it(form: str):
     answer = refine_centroid(noisy(reference, 0.02), reference, options)
 
     assert answer.copied_reference
+    assert answer.rounds[0].info is not None
     assert answer.rounds[0].info.solved
     assert answer.rounds[0].active_cones == {"edge_cap": 0}
     np.testing.assert_allclose(answer.positions, reference.vertices, atol=1e-5)
@@ -141,5 +142,6 @@ def test_the_solver_history_is_kept_for_every_iteration():
     answer = refine_centroid(noisy(reference, 0.02), reference, Options(formulation="centroid"))
 
     record = answer.rounds[0]
+    assert record.info is not None
     assert record.history["iter"] == list(range(record.info.iterations + 1))
     assert set(record.history) >= {"res_pri", "res_dual", "gap"}

@@ -1,0 +1,36 @@
+"""Describing how optimal an answer is, at the solver's and at the file's precision."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.program.answer import FinalProgram
+from meshcone.program.certificate import residuals
+from meshcone.program.records import active_cones
+from meshcone.report import CertificateRecord
+from meshcone.surface.arrays import Floats
+
+
+def certify(final: FinalProgram, written: Floats, tolerance: float) -> CertificateRecord:
+    """Recompute an answer's residuals from its program.
+
+    Args:
+        final: the last round's program, its optimum and multipliers.
+        written: (n, 3) the positions the refined file stores, mapped into the program's
+            own frame.
+        tolerance: what each residual must not exceed.
+    """
+    optimum = residuals(final.objective, final.families, final.positions, final.multipliers)
+    active = active_cones(final.families, final.multipliers)
+    offsets = np.linalg.norm(written - final.positions, axis=1)
+    return CertificateRecord(
+        tolerance=tolerance,
+        holds=optimum.worst <= tolerance,
+        round=final.round_index + 1,
+        cones={family.kind: len(family) for family in final.families},
+        active=active,
+        relaxation_is_optimal=not final.multipliers,
+        optimum=optimum,
+        written=residuals(final.objective, final.families, written, final.multipliers),
+        precision=float(offsets.max(initial=0.0)),
+    )

@@ -1,0 +1,57 @@
+"""What a formulation answers with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from meshcone.program.cones import ConeFamily
+from meshcone.program.conic import QuadraticObjective
+from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.round_solver import Multipliers
+from meshcone.surface.arrays import Floats
+
+
+@dataclass(frozen=True)
+class FinalProgram:
+    """The last round's program with its optimum: what the certificate is about.
+
+    Attributes:
+        round_index: which round it is, counted from 0.
+        before: (n, 3) where the round before left the vertices; what it was built from.
+        objective: its objective.
+        families: its constraints.
+        positions: (n, 3) its optimum, before any similarity undoes a shrink.
+        multipliers: the dual variables that are not zero.
+    """
+
+    round_index: int
+    before: Floats
+    objective: QuadraticObjective
+    families: Sequence[ConeFamily]
+    positions: Floats
+    multipliers: Sequence[Multipliers]
+
+
+@dataclass(frozen=True)
+class RefinedPositions:
+    """Where a formulation put the vertices.
+
+    Attributes:
+        positions: (n, 3) in the reference's frame.
+        rounds: what happened in each round.
+        final: the last round's program, or None where the input was kept.
+        candidate: name of the settings that were kept.
+        copied_reference: the program was anchored at the reference's own vertices, so its
+            answer is a copy of the reference and no refinement.
+        kept_input: every setting tried ended farther from the reference than the input.
+        confirm_seconds: spent on SCS confirming the last round.
+    """
+
+    positions: Floats
+    rounds: list[RoundRecord]
+    final: FinalProgram | None
+    candidate: str = "as set"
+    copied_reference: bool = False
+    kept_input: bool = False
+    confirm_seconds: float = 0.0

@@ -1,0 +1,169 @@
+"""A dual method on the active cones: augmented Lagrangian with Newton steps inside.
+
+For minimise ½ xᵀP x + cᵀx subject to b − A x ∈ K, the method of multipliers with
+penalty ρ minimises in x the smooth convex
+
+    φ(x) = ½ xᵀP x + cᵀx + ‖Π_{K*}(y + ρ(A x − b))‖² / 2ρ
+
+by semismooth Newton steps on (P + ρ AᵀV A) d = −∇φ, then sets y to the projection. With
+few cones this needs a handful of linear solves, where an operator-splitting method
+needs hundreds of iterations; its answers carry multipliers and complementarity by
+construction, and are judged by the certificate like any other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
+
+from meshcone.program.conic import ConicProgram
+from meshcone.program.projection import ProjectionDerivative, project_dual
+from meshcone.program.scs_solver import PrimalDual
+from meshcone.surface.arrays import Floats
+
+_OUTER_LIMIT = 40
+_NEWTON_LIMIT = 30
+_CG_LIMIT = 400
+_FIRST_PENALTY = 10.0  # in units of the mean diagonal of P
+_PENALTY_GROWTH = 5.0
+_LARGEST_PENALTY = 1e6
+_LOOSEST_INNER_TOLERANCE = 1e-3
+_INNER_TOLERANCE_FACTOR = 0.1
+_FORCING = 0.1  # CG stops at this share of the gradient: early steps need no better
+_SUFFICIENT_DECREASE = 1e-4
+_SHORTEST_STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class DualRun:
+    """The end of a run.
+
+    Attributes:
+        solution: the last point, multipliers and slacks.
+        converged: whether both residuals met the tolerance.
+        multiplier_steps: outer iterations.
+        newton_steps: linear systems solved in all.
+    """
+
+    solution: PrimalDual
+    converged: bool
+    multiplier_steps: int
+    newton_steps: int
+
+
+def solve_by_multipliers(
+    program: ConicProgram, start: Floats, multipliers: Floats, tolerance: float
+) -> DualRun:
+    """Solve a program from a first guess.
+
+    Args:
+        program: P positive definite.
+        start: (3n,) first x.
+        multipliers: (m,) first y.
+        tolerance: on the primal residual in the program's unit of length, and on the dual
+            residual relative to the largest of ‖P x‖, ‖c‖, ‖Aᵀy‖, all in the ∞-norm.
+    """
+    state = _State(program, start, multipliers)
+    penalty = _FIRST_PENALTY * float(program.P.diagonal().mean())
+    ceiling = _LARGEST_PENALTY * penalty
+    primal = np.inf
+    newton_steps = 0
+    inner_tolerance = _LOOSEST_INNER_TOLERANCE
+    for outer in range(1, _OUTER_LIMIT + 1):
+        newton_steps += state.minimise(penalty, max(inner_tolerance, 0.3 * tolerance))
+        inner_tolerance *= _INNER_TOLERANCE_FACTOR
+        previous, primal = primal, state.step_multipliers(penalty)
+        if primal <= tolerance and state.dual_residual() <= tolerance:
+            return DualRun(state.solution(), True, outer, newton_steps)
+        if primal > 0.25 * previous:
+            penalty = min(penalty * _PENALTY_GROWTH, ceiling)
+    return DualRun(state.solution(), False, _OUTER_LIMIT, newton_steps)
+
+
+class _State:
+    """x, y and the products of them that every step needs."""
+
+    def __init__(self, program: ConicProgram, x: Floats, y: Floats) -> None:
+        self.program = program
+        self.x, self.y = x, y
+        self.slack = np.zeros_like(y)
+        self._P = program.P.tocsr()
+        self._A = program.A.tocsr()
+        self._At = sparse.csr_array(program.A.T)
+        self._A_squared = self._At.power(2)
+        self._P_diagonal = program.P.diagonal()
+
+    def solution(self) -> PrimalDual:
+        return PrimalDual(self.x, self.y, self.slack)
+
+    def minimise(self, penalty: float, tolerance: float) -> int:
+        """Minimise φ for the present y; return the number of Newton steps."""
+        for step in range(_NEWTON_LIMIT):
+            shifted = self.y + penalty * (self._A @ self.x - self.program.b)
+            projected = project_dual(shifted, self.program.selections)
+            Px, Aty = self._P @ self.x, self._At @ projected
+            gradient = Px + self.program.c + Aty
+            scale = max(_largest(Px), _largest(self.program.c), _largest(Aty))
+            residual = _largest(gradient) / scale
+            if residual <= tolerance:
+                return step
+            direction = self._newton_direction(shifted, gradient, penalty)
+            self.x = self.x + self._step_length(direction, gradient, penalty) * direction
+        return _NEWTON_LIMIT
+
+    def step_multipliers(self, penalty: float) -> float:
+        """Set y to the projection; return the primal residual ‖A x + s − b‖∞."""
+        shifted = self.y + penalty * (self._A @ self.x - self.program.b)
+        y = project_dual(shifted, self.program.selections)
+        self.slack = (y - shifted) / penalty
+        residual = _largest(y - self.y) / penalty
+        self.y = y
+        return residual
+
+    def dual_residual(self) -> float:
+        """Return ‖P x + c + Aᵀy‖∞ relative to the largest of its terms."""
+        Px, Aty = self._P @ self.x, self._At @ self.y
+        scale = max(_largest(Px), _largest(self.program.c), _largest(Aty))
+        return _largest(Px + self.program.c + Aty) / scale
+
+    def _newton_direction(self, shifted: Floats, gradient: Floats, penalty: float) -> Floats:
+        derivative = ProjectionDerivative(self.program.selections, shifted)
+        size = len(self.x)
+
+        def hessian(d: Floats) -> Floats:
+            curved = self._At @ derivative.apply(self._A @ d)
+            return np.asarray(self._P @ d + penalty * curved)
+
+        inverse = 1 / (self._P_diagonal + penalty * (self._A_squared @ derivative.diagonal()))
+        direction, _ = cg(
+            LinearOperator((size, size), matvec=hessian, dtype=np.float64),
+            -gradient,
+            rtol=_FORCING,
+            maxiter=_CG_LIMIT,
+            M=LinearOperator((size, size), matvec=lambda d: inverse * d, dtype=np.float64),
+        )
+        return np.asarray(direction)
+
+    def _step_length(self, direction: Floats, gradient: Floats, penalty: float) -> float:
+        slope = float(gradient @ direction)
+        value = self._merit(self.x, penalty)
+        length = 1.0
+        while length > _SHORTEST_STEP:
+            trial = self._merit(self.x + length * direction, penalty)
+            if trial <= value + _SUFFICIENT_DECREASE * length * slope + 1e-15 * abs(value):
+                break
+            length /= 2
+        return length
+
+    def _merit(self, x: Floats, penalty: float) -> float:
+        shifted = self.y + penalty * (self._A @ x - self.program.b)
+        projected = project_dual(shifted, self.program.selections)
+        quadratic = 0.5 * x @ (self._P @ x) + self.program.c @ x
+        return float(quadratic + projected @ projected / (2 * penalty))
+
+
+def _largest(vector: Floats) -> float:
+    return float(np.abs(vector).max(initial=0.0))

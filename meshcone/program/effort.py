@@ -1,0 +1,49 @@
+"""Which settings of the surface program are tried.
+
+No single setting serves every mesh: dense noisy ones need strong smoothing first, which
+melts coarse ones; parts with inner walls need samples that reach far. ``best`` runs a few
+and keeps the one closest to the reference; figures in ``docs/performance.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from meshcone.options import Options, SurfaceOptions
+
+_UNFOLDING = (30.0, 10.0)
+_FINISHING = (0.03, 0.01)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A named variation of the caller's settings."""
+
+    name: str
+    options: SurfaceOptions
+
+
+def candidates(options: Options) -> list[Candidate]:
+    """List the variations to try, the most often best first.
+
+    The caller's schedule is extended, never replaced: each variation solves the
+    caller's rounds among its own.
+    """
+    base = options.surface
+    if options.effort == "fast":
+        return [Candidate("as set", base)]
+    finished = base.fairness + _FINISHING
+    return [
+        Candidate("unfolding", _with(base, fairness=_UNFOLDING + finished)),
+        Candidate(
+            "pulling", _with(base, fairness=finished, reverse=base.reverse * 10 / 3, reach=100.0)
+        ),
+        Candidate(
+            "smoothing", _with(base, fairness=_UNFOLDING + finished, fairness_knee=_UNFOLDING[0])
+        ),
+        Candidate("reaching", _with(base, fairness=finished, reach=100.0, reverse_from=0)),
+    ]
+
+
+def _with(base: SurfaceOptions, **changes: object) -> SurfaceOptions:
+    return SurfaceOptions.model_validate({**base.model_dump(), **changes})

@@ -1,0 +1,54 @@
+"""Solving the paper's program: one round, one answer."""
+
+from __future__ import annotations
+
+import time
+
+from meshcone.options import Options
+from meshcone.program.answer import FinalProgram, RefinedPositions
+from meshcone.program.centroid import CentroidObjective, choose_anchor
+from meshcone.program.cones import EdgeCaps
+from meshcone.program.conic import assemble, everything
+from meshcone.program.model import solve_centroid_model
+from meshcone.program.records import record_round
+from meshcone.program.round_solver import RoundSolution, unflatten
+from meshcone.program.scs_solver import solve
+from meshcone.surface import Mesh, sample_surface
+
+
+def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedPositions:
+    """Solve the paper's program and undo its shrink.
+
+    Args:
+        source: in the reference's frame.
+        reference: in its own frame.
+        options: ``options.centroid`` and ``options.solver`` are read.
+    """
+    started = time.perf_counter()
+    objective, caps, copied = centroid_program(source, reference, options)
+    if options.centroid.form == "cvxpy":
+        optimum, multipliers, record = solve_centroid_model(
+            objective, caps, options.solver, source.vertices
+        )
+    else:
+        program = assemble(objective, everything([caps]))
+        run = solve(program, options.solver)
+        optimum = run.solution.x.reshape(-1, 3)
+        multipliers = unflatten(run.solution.y, program)
+        solution = RoundSolution(optimum, multipliers, "scs", 1, program, run)
+        record = record_round(0, solution, [caps], source.vertices, time.perf_counter() - started)
+    final = FinalProgram(0, source.vertices, objective, [caps], optimum, multipliers)
+    return RefinedPositions(
+        objective.undo_shrink(optimum), [record], final, copied_reference=copied
+    )
+
+
+def centroid_program(
+    source: Mesh, reference: Mesh, options: Options
+) -> tuple[CentroidObjective, EdgeCaps, bool]:
+    """Write the paper's program; the third value says whether it is anchored at the reference."""
+    chosen = options.centroid
+    samples = sample_surface(reference, chosen.samples, options.seed, method="random")
+    anchor, copied = choose_anchor(source, reference)
+    objective = CentroidObjective(samples.points.mean(axis=0), anchor, chosen.regularization)
+    return objective, EdgeCaps.uniform(source, chosen.edge_cap), copied

@@ -1,0 +1,141 @@
+"""From the cones a user asks for to the cone families of a round."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.errors import InputError
+from meshcone.options import ConeOptions, EdgeCapOptions
+from meshcone.program.cones import ConeFamily, DisplacementCaps, EdgeCaps, Pins, ToleranceBand
+from meshcone.program.surface_objective import PlanePull
+from meshcone.surface import Mesh
+from meshcone.surface.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class SourceLabels:
+    """What the file says of the source beyond its geometry.
+
+    Attributes:
+        regions: (m,) material or group of each face.
+        weld: (r,) welded vertex of each vertex of the file, −1 for an unused one.
+    """
+
+    regions: Ints
+    weld: Ints
+
+
+@dataclass(frozen=True)
+class RequestedCones:
+    """Everything asked for, in the frame; what depends on a round is added by :meth:`families`.
+
+    Attributes:
+        edge_caps: the caps on edges: the default's and the user's, whichever is tighter.
+        displacement: caps on displacement, or None.
+        pins: the pinned vertices, or None.
+        band: half-width of the tolerance band, or None.
+    """
+
+    edge_caps: EdgeCaps
+    displacement: DisplacementCaps | None
+    pins: Pins | None
+    band: float | None
+
+    def families(self, forward: PlanePull) -> list[ConeFamily]:
+        """List the families of a round whose closest reference points are ``forward``'s."""
+        families: list[ConeFamily] = [self.edge_caps]
+        if self.displacement is not None:
+            families.append(self.displacement)
+        if self.pins is not None:
+            families.append(self.pins)
+        if self.band is not None:
+            vertices = np.arange(len(forward.targets))[:, None]
+            families.append(ToleranceBand(vertices, forward.targets, forward.normals, self.band))
+        return families
+
+
+def resolve_cones(
+    source: Mesh, default_factor: float, asked: ConeOptions, radius: float, labels: SourceLabels
+) -> RequestedCones:
+    """Resolve the user's request against the input.
+
+    Args:
+        source: the input in the frame.
+        default_factor: the default cap's multiple of the longest edge at either end.
+        asked: the request.
+        radius: the frame's radius in model units.
+        labels: regions and vertex numbering of the file.
+
+    Raises:
+        InputError: a pinned vertex is not in the file.
+    """
+    caps = EdgeCaps.relative(source, default_factor).caps
+    if asked.edge_cap is not None:
+        caps = np.minimum(caps, _asked_caps(source, asked.edge_cap, radius))
+    pinned = _pinned_vertices(source, asked, labels)
+    displacement = asked.max_displacement
+    return RequestedCones(
+        edge_caps=EdgeCaps(source.edges, caps),
+        displacement=None
+        if displacement is None
+        else DisplacementCaps.uniform(source.vertices, displacement.in_frame(radius)),
+        pins=Pins.at(source.vertices, pinned) if len(pinned) else None,
+        band=None if asked.tolerance_band is None else asked.tolerance_band.in_frame(radius),
+    )
+
+
+def _asked_caps(source: Mesh, asked: EdgeCapOptions, radius: float) -> Floats:
+    if asked.length is not None:
+        return np.full(len(source.edges), asked.length.in_frame(radius))
+    if asked.times_input is not None:
+        return asked.times_input * source.edge_lengths
+    assert asked.times_local_median is not None  # noqa: S101 - the options' validator has seen to it
+    medians = _local_medians(source)[source.edges]
+    return np.asarray(asked.times_local_median * medians.max(axis=1))
+
+
+def _local_medians(source: Mesh) -> Floats:
+    """Return the median length of the edges at each vertex, (n,); 0 at isolated vertices."""
+    ends = source.edges.ravel()
+    lengths = np.repeat(source.edge_lengths, 2)
+    order = np.lexsort((lengths, ends))
+    degree = np.bincount(ends, minlength=len(source.vertices))
+    first = np.concatenate([[0], np.cumsum(degree)[:-1]])
+    medians = np.zeros(len(source.vertices))
+    used = degree > 0
+    lower = lengths[order[first[used] + (degree[used] - 1) // 2]]
+    upper = lengths[order[first[used] + degree[used] // 2]]
+    medians[used] = (lower + upper) / 2
+    return medians
+
+
+def _pinned_vertices(source: Mesh, asked: ConeOptions, labels: SourceLabels) -> Ints:
+    chosen = np.zeros(len(source.vertices), dtype=bool)
+    for index in asked.pin.vertices:
+        if index >= len(labels.weld):
+            raise InputError(
+                f"option 'cones.pin.vertices' names vertex {index}; "
+                f"the source has {len(labels.weld)}, counted from 0"
+            )
+        if labels.weld[index] >= 0:
+            chosen[labels.weld[index]] = True
+    if asked.pin.boundary or asked.pin.region_borders:
+        regions = labels.regions if asked.pin.region_borders else np.zeros_like(labels.regions)
+        chosen[_border_vertices(source, regions)] = True
+    return np.flatnonzero(chosen)
+
+
+def _border_vertices(source: Mesh, regions: Ints) -> Ints:
+    """Find the vertices of edges with one face, or with faces of different regions."""
+    faces = source.faces
+    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    keys = ends[:, 0] * len(source.vertices) + ends[:, 1]
+    label = np.tile(regions, 3)
+    order = np.argsort(keys, kind="stable")
+    _, first, uses = np.unique(keys[order], return_index=True, return_counts=True)
+    lowest = np.minimum.reduceat(label[order], first)
+    highest = np.maximum.reduceat(label[order], first)
+    border = (uses == 1) | (lowest != highest)
+    return np.unique(ends[order[first[border]]])

@@ -1,0 +1,190 @@
+"""Solving one round's convex program: the relaxation, then only the cones it violates.
+
+A program's optimum is also the optimum of the program with only its active cones. So
+the relaxation is solved first; if it violates nothing it is the optimum. Otherwise the
+violated cones are added and the program solved again, until no cone is violated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from meshcone.errors import InternalError
+from meshcone.options import SolverOptions
+from meshcone.program.augmented import solve_by_multipliers
+from meshcone.program.cones import ConeFamily
+from meshcone.program.conic import ConicProgram, Selection, assemble, everything
+from meshcone.program.projection import project_dual
+from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
+from meshcone.program.scs_solver import PrimalDual, ScsRun, solve
+from meshcone.surface.arrays import Floats, Ints
+
+Method = Literal["relaxation", "multipliers", "scs"]
+
+_PASS_LIMIT = 20
+_ROUNDING = 1e-9
+# A cone exceeded by less than this share of the radius counts as satisfied.
+FEASIBILITY = 1e-7
+# Cones this close to their bound join the first selection: they are next to be violated.
+_NEARLY_TIGHT = 0.02
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """The dual variables of some cones of one family; those of all others are zero.
+
+    Attributes:
+        family: the family.
+        which: (j,) the cones.
+        values: (j, dimension) their multipliers, in K*.
+    """
+
+    family: ConeFamily
+    which: Ints
+    values: Floats
+
+
+@dataclass(frozen=True)
+class RoundSolution:
+    """An optimum of a round's program.
+
+    Attributes:
+        positions: (n, 3).
+        multipliers: one entry per family that has any.
+        method: what found it.
+        passes: selections of cones it took.
+        program: the program as last assembled, or None if the relaxation was enough.
+        run: SCS's run, where it was SCS.
+    """
+
+    positions: Floats
+    multipliers: tuple[Multipliers, ...]
+    method: Method
+    passes: int
+    program: ConicProgram | None
+    run: ScsRun | None
+
+
+def solve_round(
+    objective: PreconditionedObjective,
+    families: Sequence[ConeFamily],
+    start: Floats,
+    options: SolverOptions,
+    *,
+    relaxation_tolerance: float,
+) -> RoundSolution:
+    """Solve a round's program to optimality.
+
+    Args:
+        objective: strictly convex.
+        families: every constraint.
+        start: (n, 3) first guess.
+        options: method, tolerance and limits.
+        relaxation_tolerance: how far CG reduces the gradient of the relaxation.
+
+    Raises:
+        InfeasibleError: the constraints contradict each other.
+        SolveTimeoutError: the time limit passed.
+        InternalError: neither method found an optimum.
+    """
+    relaxed = solve_relaxation(objective, start.ravel(), relaxation_tolerance)
+    if options.method == "full":
+        program = assemble(objective, everything(families))
+        run = solve(program, options, slack_start(program, relaxed))
+        return _by_scs(program, run, passes=1)
+    chosen = [_violated(family, relaxed, _NEARLY_TIGHT) for family in families]
+    if not any(_exceeded(family, relaxed) for family in families):
+        return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0, None, None)
+    return _solve_active(objective, families, chosen, relaxed, options)
+
+
+def _solve_active(
+    objective: PreconditionedObjective,
+    families: Sequence[ConeFamily],
+    chosen: list[Ints],
+    x: Floats,
+    options: SolverOptions,
+) -> RoundSolution:
+    known: tuple[Multipliers, ...] = ()
+    for passes in range(1, _PASS_LIMIT + 1):
+        pairs = zip(families, chosen, strict=True)
+        program = assemble(objective, [Selection(family, which) for family, which in pairs])
+        start = flatten(known, program)
+        dual = solve_by_multipliers(program, x, start, 1e-2 * options.tolerance)
+        if dual.converged:
+            solution = _by_multipliers(program, dual.solution, passes)
+        else:
+            solution = _by_scs(program, solve(program, options, dual.solution), passes)
+        x, known = solution.positions.ravel(), solution.multipliers
+        fresh = [_violated(family, x, 0.0) for family in families]
+        grown = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
+        if all(len(new) == len(old) for new, old in zip(grown, chosen, strict=True)):
+            return solution
+        chosen = grown
+    raise InternalError(f"cones kept being violated after {_PASS_LIMIT} selections")
+
+
+def _violated(family: ConeFamily, x: Floats, margin: float) -> Ints:
+    """Choose the cones that are violated, or tight within a share of their bound."""
+    positions = x.reshape(-1, 3)
+    if family.cone == "zero":
+        return np.arange(len(family))
+    return np.flatnonzero(family.tightness(positions) > -margin)
+
+
+def _exceeded(family: ConeFamily, x: Floats) -> bool:
+    return float(family.violation(x.reshape(-1, 3)).max(initial=0.0)) > FEASIBILITY
+
+
+def _by_multipliers(program: ConicProgram, solution: PrimalDual, passes: int) -> RoundSolution:
+    found = unflatten(solution.y, program)
+    return RoundSolution(solution.x.reshape(-1, 3), found, "multipliers", passes, program, None)
+
+
+def _by_scs(program: ConicProgram, run: ScsRun, passes: int) -> RoundSolution:
+    found = unflatten(run.solution.y, program)
+    return RoundSolution(run.solution.x.reshape(-1, 3), found, "scs", passes, program, run)
+
+
+def slack_start(program: ConicProgram, x: Floats) -> PrimalDual:
+    """Start SCS at x (3n,) without multipliers."""
+    return PrimalDual(x, np.zeros(len(program.b)), program.b - program.A @ x)
+
+
+def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats:
+    """Write multipliers as the program's y (m,); cones without one get zero."""
+    by_family = {id(entry.family): entry for entry in multipliers}
+    parts: list[Floats] = []
+    for selection in program.selections:
+        part = np.zeros((len(selection.which), selection.family.dimension))
+        entry = by_family.get(id(selection.family))
+        if entry is not None:
+            shared = np.isin(selection.which, entry.which)
+            part[shared] = entry.values[np.isin(entry.which, selection.which)]
+        parts.append(part.ravel())
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def unflatten(y: Floats, program: ConicProgram) -> tuple[Multipliers, ...]:
+    """Read the program's y (m,) as multipliers, leaving out cones whose own is zero.
+
+    A solver's y lies in K* up to rounding: it is projected, and what is then smaller than
+    the rounding of the objective's own terms counts as zero.
+    """
+    y = project_dual(y, program.selections)
+    zero = _ROUNDING * float(np.abs(program.c).max(initial=0.0))
+    found: list[Multipliers] = []
+    row = 0
+    for selection in program.selections:
+        values = y[row : row + selection.size].reshape(-1, selection.family.dimension)
+        row += selection.size
+        nonzero = np.flatnonzero(np.linalg.norm(values, axis=1) > zero)
+        if len(nonzero):
+            found.append(
+                Multipliers(selection.family, selection.which[nonzero], values[nonzero].copy())
+            )
+    return tuple(found)
