@@ -6,7 +6,7 @@ import numpy as np
 
 from meshcone.program.answer import FinalProgram
 from meshcone.program.certificate import residuals
-from meshcone.program.records import active_cones
+from meshcone.program.multipliers import active_cones
 from meshcone.report import CertificateRecord
 from meshcone.surface.arrays import Floats
 

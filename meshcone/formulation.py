@@ -1,4 +1,4 @@
-"""A pair of meshes under the formulation the options choose: to be solved or rebuilt."""
+"""A pair of meshes under the formulation the options choose, written but not solved."""
 
 from __future__ import annotations
 
@@ -9,21 +9,17 @@ import numpy as np
 from meshcone.errors import InputError
 from meshcone.options import Options
 from meshcone.pair import Pair
-from meshcone.program.answer import FinalProgram, RefinedPositions
+from meshcone.program.answer import FinalProgram
+from meshcone.program.centroid import centroid_program
 from meshcone.program.certificate import MultiplierTable, attach_multipliers
 from meshcone.program.effort import candidates
-from meshcone.program.paper import centroid_program, refine_centroid
 from meshcone.program.request import SourceLabels
-from meshcone.program.rounds import RoundCallback, SurfaceRefiner
+from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface.arrays import Floats
 
 
 class Formulated(abc.ABC):
     """A formulation of one pair."""
-
-    @abc.abstractmethod
-    def solve(self, on_round: RoundCallback) -> RefinedPositions:
-        """Solve it."""
 
     @abc.abstractmethod
     def rebuild(
@@ -45,16 +41,18 @@ class Formulated(abc.ABC):
         return positions
 
 
-class _Surface(Formulated):
+class SurfaceFormulation(Formulated):
+    """The surface program of one pair.
+
+    Attributes:
+        problems: the program under every setting that is tried.
+    """
+
     def __init__(self, pair: Pair, options: Options) -> None:
         labels = SourceLabels(pair.source_asset.regions, pair.source_asset.weld)
-        self._options = options
-        self._refiner = SurfaceRefiner(
+        self.problems = SurfaceProblems(
             pair.source, pair.reference, options, pair.frame.radius, labels
         )
-
-    def solve(self, on_round: RoundCallback) -> RefinedPositions:
-        return self._refiner.run(on_round)
 
     def rebuild(
         self,
@@ -64,10 +62,11 @@ class _Surface(Formulated):
         positions: Floats,
         multipliers: MultiplierTable,
     ) -> FinalProgram:
-        named = {tried.name: tried for tried in candidates(self._options)}
+        """See :meth:`Formulated.rebuild`."""
+        named = {tried.name: tried for tried in candidates(self.problems.options)}
         if candidate not in named:
             raise InputError(f"the options know no setting '{candidate}'")
-        problem = self._refiner.problem(named[candidate])
+        problem = self.problems.problem(named[candidate])
         if round_index >= problem.rounds:
             raise InputError(f"the setting '{candidate}' has {problem.rounds} rounds")
         objective, families = problem.program(round_index, before)
@@ -75,15 +74,17 @@ class _Surface(Formulated):
         return FinalProgram(round_index, before, objective, families, positions, attached)
 
 
-class _Centroid(Formulated):
-    def __init__(self, pair: Pair, options: Options) -> None:
-        self._pair, self._options = pair, options
-        self._objective, self._caps, _ = centroid_program(pair.source, pair.reference, options)
+class CentroidFormulation(Formulated):
+    """The paper's program of one pair.
 
-    def solve(self, on_round: RoundCallback) -> RefinedPositions:
-        answer = refine_centroid(self._pair.source, self._pair.reference, self._options)
-        on_round(1, 1)
-        return answer
+    Attributes:
+        pair: the pair.
+        options: the caller's.
+    """
+
+    def __init__(self, pair: Pair, options: Options) -> None:
+        self.pair, self.options = pair, options
+        self._objective, self._caps, _ = centroid_program(pair.source, pair.reference, options)
 
     def rebuild(
         self,
@@ -93,20 +94,22 @@ class _Centroid(Formulated):
         positions: Floats,
         multipliers: MultiplierTable,
     ) -> FinalProgram:
+        """See :meth:`Formulated.rebuild`."""
         if candidate != "as set" or round_index != 0:
             raise InputError("the centroid formulation has one setting and one round")
-        if not np.array_equal(before, self._pair.source.vertices):
+        if not np.array_equal(before, self.pair.source.vertices):
             raise InputError("the centroid formulation starts at the source")
         attached = attach_multipliers([self._caps], multipliers)
         return FinalProgram(0, before, self._objective, [self._caps], positions, attached)
 
     def into_program(self, positions: Floats) -> Floats:
+        """Shrink positions about the centroid again."""
         centroid = self._objective.centroid
         return centroid + (positions - centroid) / self._objective.undo_scale
 
 
-def formulate(pair: Pair, options: Options) -> Formulated:
+def formulate(pair: Pair, options: Options) -> SurfaceFormulation | CentroidFormulation:
     """Put a pair under the formulation its options choose."""
-    return (
-        _Centroid(pair, options) if options.formulation == "centroid" else _Surface(pair, options)
-    )
+    if options.formulation == "centroid":
+        return CentroidFormulation(pair, options)
+    return SurfaceFormulation(pair, options)

@@ -21,6 +21,7 @@ from meshcone.program.diagnostics import SolverReport
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.report import Displacement, OutputRecord, Report, Timings
 from meshcone.scoring import Scorer
+from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats
 
@@ -75,7 +76,7 @@ def refine(
         problem = formulate(pair, options)
     tracker.enter("solve")
     with watch.stage("solve"):
-        solved = problem.solve(tracker.round_done)
+        solved = solve(problem, tracker.round_done)
     tracker.enter("write")
     with watch.stage("write"):
         written = _write(pair, solved, options)

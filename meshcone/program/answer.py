@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.diagnostics import RoundRecord
-from meshcone.program.round_solver import Multipliers
+from meshcone.program.multipliers import Multipliers
 from meshcone.surface.arrays import Floats
 
 

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from meshcone.options import Options
+from meshcone.program.cones import EdgeCaps
+from meshcone.surface import Mesh, sample_surface
 from meshcone.surface.arrays import Floats
-from meshcone.surface.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -80,3 +82,14 @@ def choose_anchor(source: Mesh, reference: Mesh) -> tuple[Floats, bool]:
         source.faces, reference.faces
     )
     return (reference.vertices if same else source.vertices), same
+
+
+def centroid_program(
+    source: Mesh, reference: Mesh, options: Options
+) -> tuple[CentroidObjective, EdgeCaps, bool]:
+    """Write the paper's program; the third value says whether it is anchored at the reference."""
+    chosen = options.centroid
+    samples = sample_surface(reference, chosen.samples, options.seed, method="random")
+    anchor, copied = choose_anchor(source, reference)
+    objective = CentroidObjective(samples.points.mean(axis=0), anchor, chosen.regularization)
+    return objective, EdgeCaps.uniform(source, chosen.edge_cap), copied

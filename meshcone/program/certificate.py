@@ -17,7 +17,7 @@ from meshcone.errors import InputError
 from meshcone.program.cones import ConeFamily, cone_violation
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.diagnostics import Residuals
-from meshcone.program.round_solver import Multipliers
+from meshcone.program.multipliers import Multipliers
 from meshcone.surface.arrays import Floats, Ints
 
 

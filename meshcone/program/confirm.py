@@ -15,9 +15,10 @@ from meshcone.options import SolverOptions
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import QuadraticObjective, assemble, everything
 from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.multipliers import flatten
 from meshcone.program.projection import project_dual
 from meshcone.program.records import sizes_of
-from meshcone.program.round_solver import RoundSolution, flatten
+from meshcone.program.round_solver import RoundSolution
 from meshcone.program.scs_solver import PrimalDual, solve
 
 

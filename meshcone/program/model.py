@@ -19,8 +19,7 @@ from meshcone.options import SolverOptions
 from meshcone.program.centroid import CentroidObjective
 from meshcone.program.cones import EdgeCaps
 from meshcone.program.diagnostics import ProgramSizes, RoundRecord
-from meshcone.program.records import active_cones
-from meshcone.program.round_solver import Multipliers
+from meshcone.program.multipliers import Multipliers, active_cones
 from meshcone.program.scs_solver import check_status, read_history, record_of
 from meshcone.surface.arrays import Floats, normalized
 

@@ -6,14 +6,14 @@ import time
 
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram, RefinedPositions
-from meshcone.program.centroid import CentroidObjective, choose_anchor
-from meshcone.program.cones import EdgeCaps
+from meshcone.program.centroid import centroid_program
 from meshcone.program.conic import assemble, everything
 from meshcone.program.model import solve_centroid_model
+from meshcone.program.multipliers import unflatten
 from meshcone.program.records import record_round
-from meshcone.program.round_solver import RoundSolution, unflatten
+from meshcone.program.round_solver import RoundSolution
 from meshcone.program.scs_solver import solve
-from meshcone.surface import Mesh, sample_surface
+from meshcone.surface import Mesh
 
 
 def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedPositions:
@@ -41,14 +41,3 @@ def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedP
     return RefinedPositions(
         objective.undo_shrink(optimum), [record], final, copied_reference=copied
     )
-
-
-def centroid_program(
-    source: Mesh, reference: Mesh, options: Options
-) -> tuple[CentroidObjective, EdgeCaps, bool]:
-    """Write the paper's program; the third value says whether it is anchored at the reference."""
-    chosen = options.centroid
-    samples = sample_surface(reference, chosen.samples, options.seed, method="random")
-    anchor, copied = choose_anchor(source, reference)
-    objective = CentroidObjective(samples.points.mean(axis=0), anchor, chosen.regularization)
-    return objective, EdgeCaps.uniform(source, chosen.edge_cap), copied

@@ -9,11 +9,9 @@ import numpy as np
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import ConicProgram
 from meshcone.program.diagnostics import ProgramSizes, RoundRecord
-from meshcone.program.round_solver import Multipliers, RoundSolution
+from meshcone.program.multipliers import active_cones
+from meshcone.program.round_solver import RoundSolution
 from meshcone.surface.arrays import Floats
-
-# A multiplier below this share of the largest is the solver's rounding.
-_ACTIVE_SHARE = 1e-6
 
 
 def record_round(
@@ -68,15 +66,3 @@ def sizes_of(program: ConicProgram) -> ProgramSizes:
         nnz_P=(program.P.nnz + diagonal) // 2,
         **rows,
     )
-
-
-def active_cones(
-    families: Sequence[ConeFamily], multipliers: Sequence[Multipliers]
-) -> dict[str, int]:
-    """Count the cones with a multiplier, by kind; kinds without any are listed with 0."""
-    largest = max((float(np.abs(entry.values).max()) for entry in multipliers), default=0.0)
-    active = {family.kind: 0 for family in families}
-    for entry in multipliers:
-        norms = np.linalg.norm(entry.values, axis=1)
-        active[entry.family.kind] += int(np.count_nonzero(norms > _ACTIVE_SHARE * largest))
-    return active

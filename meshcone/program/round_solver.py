@@ -18,7 +18,7 @@ from meshcone.options import SolverOptions
 from meshcone.program.augmented import solve_by_multipliers
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import ConicProgram, Selection, assemble, everything
-from meshcone.program.projection import project_dual
+from meshcone.program.multipliers import Multipliers, flatten, unflatten
 from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
 from meshcone.program.scs_solver import PrimalDual, ScsRun, solve
 from meshcone.surface.arrays import Floats, Ints
@@ -26,26 +26,10 @@ from meshcone.surface.arrays import Floats, Ints
 Method = Literal["relaxation", "multipliers", "scs"]
 
 _PASS_LIMIT = 20
-_ROUNDING = 1e-9
 # A cone exceeded by less than this share of the radius counts as satisfied.
 FEASIBILITY = 1e-7
 # Cones this close to their bound join the first selection: they are next to be violated.
 _NEARLY_TIGHT = 0.02
-
-
-@dataclass(frozen=True)
-class Multipliers:
-    """The dual variables of some cones of one family; those of all others are zero.
-
-    Attributes:
-        family: the family.
-        which: (j,) the cones.
-        values: (j, dimension) their multipliers, in K*.
-    """
-
-    family: ConeFamily
-    which: Ints
-    values: Floats
 
 
 @dataclass(frozen=True)
@@ -153,38 +137,3 @@ def _by_scs(program: ConicProgram, run: ScsRun, passes: int) -> RoundSolution:
 def slack_start(program: ConicProgram, x: Floats) -> PrimalDual:
     """Start SCS at x (3n,) without multipliers."""
     return PrimalDual(x, np.zeros(len(program.b)), program.b - program.A @ x)
-
-
-def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats:
-    """Write multipliers as the program's y (m,); cones without one get zero."""
-    by_family = {id(entry.family): entry for entry in multipliers}
-    parts: list[Floats] = []
-    for selection in program.selections:
-        part = np.zeros((len(selection.which), selection.family.dimension))
-        entry = by_family.get(id(selection.family))
-        if entry is not None:
-            shared = np.isin(selection.which, entry.which)
-            part[shared] = entry.values[np.isin(entry.which, selection.which)]
-        parts.append(part.ravel())
-    return np.concatenate(parts) if parts else np.zeros(0)
-
-
-def unflatten(y: Floats, program: ConicProgram) -> tuple[Multipliers, ...]:
-    """Read the program's y (m,) as multipliers, leaving out cones whose own is zero.
-
-    A solver's y lies in K* up to rounding: it is projected, and what is then smaller than
-    the rounding of the objective's own terms counts as zero.
-    """
-    y = project_dual(y, program.selections)
-    zero = _ROUNDING * float(np.abs(program.c).max(initial=0.0))
-    found: list[Multipliers] = []
-    row = 0
-    for selection in program.selections:
-        values = y[row : row + selection.size].reshape(-1, selection.family.dimension)
-        row += selection.size
-        nonzero = np.flatnonzero(np.linalg.norm(values, axis=1) > zero)
-        if len(nonzero):
-            found.append(
-                Multipliers(selection.family, selection.which[nonzero], values[nonzero].copy())
-            )
-    return tuple(found)

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass
 
 from meshcone.errors import InternalError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram, RefinedPositions
 from meshcone.program.confirm import confirm_optimum
-from meshcone.program.correspondence import PreparedReference, SourceStructure
 from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.effort import Candidate, candidates
 from meshcone.program.records import record_round
 from meshcone.program.relaxation import TIGHT
-from meshcone.program.request import SourceLabels, resolve_cones
 from meshcone.program.round_solver import RoundSolution, solve_round
-from meshcone.program.surface_problem import SurfaceProblem
+from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
@@ -41,43 +37,16 @@ class _CandidateRun:
     score: float
 
 
-@dataclass
 class SurfaceRefiner:
-    """The surface formulation of one pair, under every setting the effort allows.
+    """Solves the problems of one pair and keeps the best answer.
 
-    Attributes:
-        source: in the reference's frame.
-        reference: in its own frame.
-        options: the caller's.
-        radius: the frame's radius in model units, for lengths given in them.
-        labels: regions and vertex numbering of the source file, for pins.
+    Args:
+        problems: the pair under every setting.
     """
 
-    source: Mesh
-    reference: Mesh
-    options: Options
-    radius: float = 1.0
-    labels: SourceLabels | None = None
-    _prepared: PreparedReference = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Sample the reference once for all settings."""
-        count = len(self.source.vertices)
-        self._prepared = PreparedReference.of(self.reference, count, self.options.seed)
-
-    def problem(self, candidate: Candidate) -> SurfaceProblem:
-        """Write the formulation under one setting."""
-        chosen, source = candidate.options, self.source
-        labels = self.labels or SourceLabels(
-            np.zeros(len(source.faces), np.int64), np.arange(len(source.vertices))
-        )
-        return SurfaceProblem(
-            source=source,
-            reference=self._prepared,
-            structure=SourceStructure.of(source, self._prepared, chosen.noise_scale),
-            request=resolve_cones(source, chosen.edge_cap, self.options.cones, self.radius, labels),
-            options=chosen,
-        )
+    def __init__(self, problems: SurfaceProblems) -> None:
+        self._problems = problems
+        self._source, self._options = problems.source, problems.options
 
     def run(self, on_round: RoundCallback | None = None) -> RefinedPositions:
         """Refine under each setting, keep the one closest to the reference, confirm it.
@@ -85,19 +54,19 @@ class SurfaceRefiner:
         Args:
             on_round: called with the rounds done and the rounds in all.
         """
-        tried = candidates(self.options)
+        tried = candidates(self._options)
         count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
         runs = [self._run_one(candidate, count, scored=len(tried) > 1) for candidate in tried]
         best = min(runs, key=lambda run: run.score)
-        if len(tried) > 1 and best.score > self._score(self.source.vertices):
+        if len(tried) > 1 and best.score > self._score(self._source.vertices):
             return RefinedPositions(
-                self.source.vertices, best.records, None, best.candidate.name, kept_input=True
+                self._source.vertices, best.records, None, best.candidate.name, kept_input=True
             )
         return self._confirmed(best)
 
     def _run_one(self, candidate: Candidate, count: _Countdown, *, scored: bool) -> _CandidateRun:
-        problem = self.problem(candidate)
-        before, records = self.source.vertices, []
+        problem = self._problems.problem(candidate)
+        before, records = self._source.vertices, []
         for index in range(problem.rounds):
             started = time.perf_counter()
             objective, families = problem.program(index, before)
@@ -106,7 +75,7 @@ class SurfaceRefiner:
                 objective,
                 families,
                 before,
-                self.options.solver,
+                self._options.solver,
                 relaxation_tolerance=TIGHT if last else _INTERMEDIATE_TOLERANCE,
             )
             elapsed = time.perf_counter() - started
@@ -123,18 +92,18 @@ class SurfaceRefiner:
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""
-        mesh = self.source.moved_to(positions)
-        samples = sample_surface(mesh, _SCORING_SAMPLES, self.options.seed)
-        there = self._prepared.tree.closest(samples.points).distances.mean()
-        target = sample_surface(self.reference, _SCORING_SAMPLES, self.options.seed + 1)
+        mesh = self._source.moved_to(positions)
+        samples = sample_surface(mesh, _SCORING_SAMPLES, self._options.seed)
+        there = self._problems.prepared.tree.closest(samples.points).distances.mean()
+        target = sample_surface(self._problems.reference, _SCORING_SAMPLES, self._options.seed + 1)
         back = SurfaceTree(mesh).closest(target.points).distances.mean()
         return float((there + back) / 2)
 
     def _confirmed(self, best: _CandidateRun) -> RefinedPositions:
         started = time.perf_counter()
         records = best.records
-        if self.options.solver.certify and best.solution.run is None:
-            small = len(self.source.vertices) <= self.options.solver.certify_limit
+        if self._options.solver.certify and best.solution.run is None:
+            small = len(self._source.vertices) <= self._options.solver.certify_limit
             if small:
                 records = [
                     *records[:-1],
@@ -143,7 +112,7 @@ class SurfaceRefiner:
                         best.final.families,
                         best.solution,
                         records[-1],
-                        self.options.solver,
+                        self._options.solver,
                     ),
                 ]
         return RefinedPositions(
@@ -176,4 +145,4 @@ def refine_surface(
         options: ``effort``, ``surface``, ``cones``, ``solver`` and ``seed`` are read.
         on_round: called with the rounds done and the rounds in all.
     """
-    return SurfaceRefiner(source, reference, options).run(on_round)
+    return SurfaceRefiner(SurfaceProblems(source, reference, options)).run(on_round)

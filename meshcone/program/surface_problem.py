@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from meshcone.options import SurfaceOptions
+import numpy as np
+
+from meshcone.options import Options, SurfaceOptions
 from meshcone.program.cones import ConeFamily
 from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
-from meshcone.program.request import RequestedCones
+from meshcone.program.effort import Candidate
+from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats
@@ -50,3 +53,43 @@ class SurfaceProblem:
             round_index, moving, self.reference, self.structure, self.options
         )
         return objective, self.request.families(objective.forward)
+
+
+@dataclass
+class SurfaceProblems:
+    """The surface formulation of one pair, under every setting the effort allows.
+
+    Attributes:
+        source: in the reference's frame.
+        reference: in its own frame.
+        options: the caller's.
+        radius: the frame's radius in model units, for lengths given in them.
+        labels: regions and vertex numbering of the source file, for pins.
+        prepared: the reference, sampled once for all settings.
+    """
+
+    source: Mesh
+    reference: Mesh
+    options: Options
+    radius: float = 1.0
+    labels: SourceLabels | None = None
+    prepared: PreparedReference = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Sample the reference."""
+        count = len(self.source.vertices)
+        self.prepared = PreparedReference.of(self.reference, count, self.options.seed)
+
+    def problem(self, candidate: Candidate) -> SurfaceProblem:
+        """Write the formulation under one setting."""
+        chosen, source = candidate.options, self.source
+        labels = self.labels or SourceLabels(
+            np.zeros(len(source.faces), np.int64), np.arange(len(source.vertices))
+        )
+        return SurfaceProblem(
+            source=source,
+            reference=self.prepared,
+            structure=SourceStructure.of(source, self.prepared, chosen.noise_scale),
+            request=resolve_cones(source, chosen.edge_cap, self.options.cones, self.radius, labels),
+            options=chosen,
+        )

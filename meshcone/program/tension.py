@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from meshcone.program.round_solver import Multipliers
+from meshcone.program.multipliers import Multipliers
 from meshcone.surface.arrays import Floats
 
 

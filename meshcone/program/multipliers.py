@@ -1,0 +1,79 @@
+"""Dual variables, by the cones they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.program.cones import ConeFamily
+from meshcone.program.conic import ConicProgram
+from meshcone.program.projection import project_dual
+from meshcone.surface.arrays import Floats, Ints
+
+_ROUNDING = 1e-9
+# A multiplier below this share of the largest is the solver's rounding.
+_ACTIVE_SHARE = 1e-6
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """The dual variables of some cones of one family; those of all others are zero.
+
+    Attributes:
+        family: the family.
+        which: (j,) the cones.
+        values: (j, dimension) their multipliers, in K*.
+    """
+
+    family: ConeFamily
+    which: Ints
+    values: Floats
+
+
+def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats:
+    """Write multipliers as the program's y (m,); cones without one get zero."""
+    by_family = {id(entry.family): entry for entry in multipliers}
+    parts: list[Floats] = []
+    for selection in program.selections:
+        part = np.zeros((len(selection.which), selection.family.dimension))
+        entry = by_family.get(id(selection.family))
+        if entry is not None:
+            shared = np.isin(selection.which, entry.which)
+            part[shared] = entry.values[np.isin(entry.which, selection.which)]
+        parts.append(part.ravel())
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def unflatten(y: Floats, program: ConicProgram) -> tuple[Multipliers, ...]:
+    """Read the program's y (m,) as multipliers, leaving out cones whose own is zero.
+
+    A solver's y lies in K* up to rounding: it is projected, and what is then smaller than
+    the rounding of the objective's own terms counts as zero.
+    """
+    y = project_dual(y, program.selections)
+    zero = _ROUNDING * float(np.abs(program.c).max(initial=0.0))
+    found: list[Multipliers] = []
+    row = 0
+    for selection in program.selections:
+        values = y[row : row + selection.size].reshape(-1, selection.family.dimension)
+        row += selection.size
+        nonzero = np.flatnonzero(np.linalg.norm(values, axis=1) > zero)
+        if len(nonzero):
+            found.append(
+                Multipliers(selection.family, selection.which[nonzero], values[nonzero].copy())
+            )
+    return tuple(found)
+
+
+def active_cones(
+    families: Sequence[ConeFamily], multipliers: Sequence[Multipliers]
+) -> dict[str, int]:
+    """Count the cones with a multiplier, by kind; kinds without any are listed with 0."""
+    largest = max((float(np.abs(entry.values).max()) for entry in multipliers), default=0.0)
+    active = {family.kind: 0 for family in families}
+    for entry in multipliers:
+        norms = np.linalg.norm(entry.values, axis=1)
+        active[entry.family.kind] += int(np.count_nonzero(norms > _ACTIVE_SHARE * largest))
+    return active
