@@ -1,0 +1,34 @@
+"""How many threads and processors a measurement may use."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+# Each is read by one library when it is loaded; libigl reads the last.
+_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS")
+
+
+def thread_environment(count: int) -> dict[str, str]:
+    """This process's environment, with so many threads in every numerical library."""
+    return os.environ | dict.fromkeys(_VARIABLES, str(count))
+
+
+def limit_threads(count: int) -> None:
+    """Give libraries loaded from here on, here and in child processes, so many threads."""
+    os.environ.update(thread_environment(count))
+
+
+@contextmanager
+def processors(count: int) -> Iterator[None]:
+    """Keep this process, and what it starts, on some processors, where the system can."""
+    if not hasattr(os, "sched_getaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, sorted(before)[:count])
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
