@@ -52,7 +52,7 @@ class FacingReference:
             chunk[~self._any_agrees(part, chunk, orientation, distances[chunk])]
             for chunk in np.array_split(doubtful, len(doubtful) // _AT_ONCE + 1)
         ]
-        return candidates[np.concatenate(found)]
+        return np.asarray(candidates[np.concatenate(found)])
 
     def _closest_facing(self, mesh: Mesh) -> tuple[Floats, Floats]:
         closest = self._tree.closest(mesh.corners.mean(axis=1))

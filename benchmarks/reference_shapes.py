@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def stored_shapes(directory: Path, *, small: bool) -> list[Shape]:
     """The files of ``directory/objects`` and ``directory/scans``, or every eighth of them."""
     paths = sorted((directory / "objects").glob("*")) + sorted((directory / "scans").glob("*"))
     chosen = paths[::_EVERY] if small else paths
-    return [Shape(path.name.split(".")[0], lambda path=path: load(path)) for path in chosen]
+    return [Shape(path.name.split(".")[0], partial(load, path)) for path in chosen]
 
 
 def load(path: Path) -> Mesh:

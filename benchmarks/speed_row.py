@@ -28,6 +28,7 @@ from meshcone.program.conic import assemble, everything
 from meshcone.program.relaxation import TIGHT
 from meshcone.program.round_solver import solve_round
 from meshcone.program.rounds import refine_surface
+from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh, SurfaceTree
 from meshcone.surface.arrays import Floats
 
@@ -143,6 +144,7 @@ def prepare(case: Case, pair: Pair, cap: float | None) -> Callable[[], Floats]:
     final = refine_surface(pair.source, pair.reference, options).final
     assert final is not None
     objective, families, start = final.objective, final.families, final.before
+    assert isinstance(objective, SurfaceObjective)
     if case.method == PROGRAM:
         return lambda: (
             solve_round(
@@ -176,8 +178,9 @@ def peak_mebibytes() -> float:
 def _constrained_sizes(constraint: Constraint, source: Mesh, positions: Floats) -> Floats:
     """What the caps cap, where nothing is capped."""
     if constraint == "displacement":
-        return np.linalg.norm(positions - source.vertices, axis=1)
-    return source.moved_to(positions).edge_lengths / np.maximum(source.edge_lengths, 1e-300)
+        return np.asarray(np.linalg.norm(positions - source.vertices, axis=1))
+    after, before = source.moved_to(positions).edge_lengths, source.edge_lengths
+    return after / np.maximum(before, 1e-300)
 
 
 def _optimality(case: Case, pair: Pair, cap: float | None, positions: Floats) -> dict[str, float]:
