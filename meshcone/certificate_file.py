@@ -9,14 +9,14 @@ is rebuilt from the files.
 from __future__ import annotations
 
 import io
-import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.errors import InputError
 from meshcone.options import Options
@@ -24,7 +24,17 @@ from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
 from meshcone.surface.arrays import Floats, Ints
 
-_LARGEST_ARCHIVE = 4 << 30
+_LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
+# What zipfile and numpy raise at bytes that are no archive of arrays, or a damaged one.
+_UNREADABLE = (
+    KeyError,
+    ValueError,  # pydantic's ValidationError among them
+    OSError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 class CertificateDocument(BaseModel):
@@ -94,7 +104,7 @@ def read_certificate(data: bytes, name: str) -> CertificateFile:
     """
     try:
         arrays = _read_arrays(data)
-        document = CertificateDocument.model_validate(json.loads(str(arrays.pop("document"))))
+        document = CertificateDocument.model_validate_json(str(arrays.pop("document")))
         certificate = CertificateFile(
             document=document,
             before=_floats(arrays.pop("before")),
@@ -102,16 +112,18 @@ def read_certificate(data: bytes, name: str) -> CertificateFile:
             tension=_floats(arrays.pop("tension")),
             multipliers={
                 key.removeprefix("which_"): (
-                    np.asarray(which, dtype=np.int64),
+                    _indices(which),
                     _floats(arrays["values_" + key.removeprefix("which_")]),
                 )
                 for key, which in arrays.items()
                 if key.startswith("which_")
             },
         )
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile, ValidationError) as error:
+    except _UNREADABLE as error:
         raise InputError("this is not a MeshCone certificate", file=name) from error
-    if certificate.positions.shape != certificate.before.shape:
+    count = certificate.tension.size
+    shapes = [certificate.before.shape, certificate.positions.shape, certificate.tension.shape]
+    if shapes != [(count, 3), (count, 3), (count,)]:
         raise InputError("the certificate's arrays do not fit each other", file=name)
     return certificate
 
@@ -122,6 +134,12 @@ def _read_arrays(data: bytes) -> dict[str, Any]:
             raise ValueError("the archive unpacks to more than any certificate holds")
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return dict(arrays)
+
+
+def _indices(array: Any) -> Ints:
+    if array.ndim != 1 or array.dtype.kind not in "iu":
+        raise ValueError("the array holds no indices")
+    return np.asarray(array, dtype=np.int64)
 
 
 def _floats(array: Any) -> Floats:

@@ -11,7 +11,9 @@ from meshcone.report import CertificateRecord
 from meshcone.surface.arrays import Floats
 
 
-def certify(final: FinalProgram, written: Floats, tolerance: float) -> CertificateRecord:
+def certify(
+    final: FinalProgram, written: Floats, tolerance: float, magnification: float
+) -> CertificateRecord:
     """Recompute an answer's residuals from its program.
 
     Args:
@@ -19,6 +21,7 @@ def certify(final: FinalProgram, written: Floats, tolerance: float) -> Certifica
         written: (n, 3) the positions the refined file stores, mapped into the program's
             own frame.
         tolerance: what each residual must not exceed.
+        magnification: length in the reference's frame of a unit of the program's own.
     """
     optimum = residuals(final.objective, final.families, final.positions, final.multipliers)
     active = active_cones(final.families, final.multipliers)
@@ -32,5 +35,5 @@ def certify(final: FinalProgram, written: Floats, tolerance: float) -> Certifica
         relaxation_is_optimal=not final.multipliers,
         optimum=optimum,
         written=residuals(final.objective, final.families, written, final.multipliers),
-        precision=float(offsets.max(initial=0.0)),
+        precision=magnification * float(offsets.max(initial=0.0)),
     )

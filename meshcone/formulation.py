@@ -36,9 +36,18 @@ class Formulated(abc.ABC):
             InputError: there is no such setting, round, or cone.
         """
 
+    @property
+    def magnification(self) -> float:
+        """Length in the frame of a unit of the program's own variable."""
+        return 1.0
+
     def into_program(self, positions: Floats) -> Floats:
         """Map answers (n, 3) in the frame to the program's own variable."""
         return positions
+
+    def out_of_program(self, optimum: Floats) -> Floats:
+        """Map an optimum (n, 3) to the answer in the frame it stands for."""
+        return optimum
 
 
 class SurfaceFormulation(Formulated):
@@ -102,10 +111,19 @@ class CentroidFormulation(Formulated):
         attached = attach_multipliers([self._caps], multipliers)
         return FinalProgram(0, before, self._objective, [self._caps], positions, attached)
 
+    @property
+    def magnification(self) -> float:
+        """See :attr:`Formulated.magnification`."""
+        return self._objective.undo_scale
+
     def into_program(self, positions: Floats) -> Floats:
         """Shrink positions about the centroid again."""
         centroid = self._objective.centroid
-        return centroid + (positions - centroid) / self._objective.undo_scale
+        return centroid + (positions - centroid) / self.magnification
+
+    def out_of_program(self, optimum: Floats) -> Floats:
+        """Undo the shrink."""
+        return self._objective.undo_shrink(optimum)
 
 
 def formulate(pair: Pair, options: Options) -> SurfaceFormulation | CentroidFormulation:

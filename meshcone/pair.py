@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshcone.assets import Asset, read_asset
+from meshcone.assets.base import NormalsPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.quality.validity import inspect
@@ -55,13 +56,28 @@ class Pair:
             for warning in asset.warnings
         ]
 
-    def written_positions(self, data: bytes) -> Floats:
-        """Read the source file's positions back from a patched copy.
+    def patched(self, positions: Floats, normals: NormalsPolicy) -> bytes:
+        """Write the source file with its vertices at (n, 3) positions in the frame.
+
+        Raises:
+            InputError: the format, or something in this file, cannot be written back.
+        """
+        return self.source_asset.patched(self.frame.out_of(positions), normals=normals)
+
+    def read_patched(self, data: bytes) -> Asset:
+        """Read a patched copy of the source file.
+
+        Raises:
+            InputError, LimitError: it cannot be read.
+        """
+        return read_asset(self.source_asset.name, data, self.source_file.resources)
+
+    def written_positions(self, written: Asset) -> Floats:
+        """Take the source's positions from a patched copy.
 
         Returns:
             (n, 3) welded positions in the frame, at the precision of the file.
         """
-        written = read_asset(self.source_asset.name, data, self.source_file.resources)
         weld = self.source_asset.weld
         used = weld >= 0
         positions = np.empty_like(self.source_asset.vertices)

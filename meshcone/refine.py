@@ -106,14 +106,13 @@ def _write(pair: Pair, solved: RefinedPositions, options: Options) -> _Written:
     if solved.kept_input:
         data = pair.source_file.data
     else:
-        positions = pair.frame.out_of(solved.positions)
-        data = pair.source_asset.patched(positions, normals=options.normals)
+        data = pair.patched(solved.positions, options.normals)
     record = OutputRecord(
         name=_refined_name(pair.source_asset.name),
         sha256=hashlib.sha256(data).hexdigest(),
         bytes=len(data),
     )
-    return _Written(record, data, pair.written_positions(data))
+    return _Written(record, data, pair.written_positions(pair.read_patched(data)))
 
 
 def _report(
@@ -126,7 +125,9 @@ def _report(
     certificate = None
     if solved.final is not None:
         program_positions = problem.into_program(written.positions)
-        certificate = certify(solved.final, program_positions, options.solver.tolerance)
+        certificate = certify(
+            solved.final, program_positions, options.solver.tolerance, problem.magnification
+        )
     solver = _solver_report(options, solved)
     return Report(
         version=version("meshcone"),

@@ -2,7 +2,8 @@
 
 The last round's program is rebuilt from source, reference and options; the certificate
 supplies the point it started from, its optimum and its multipliers. Nothing the report
-says is believed: each number is computed again.
+says of the program is believed: each number is computed again. What this proves, and what
+it does not, is in ``docs/certificate.md``.
 """
 
 from __future__ import annotations
@@ -10,19 +11,26 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import ValidationError
 
 from meshcone.certificate_file import CertificateFile, read_certificate
 from meshcone.certify import certify
-from meshcone.errors import InputError
+from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
-from meshcone.formulation import formulate
+from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
 from meshcone.pair import Pair, read_pair
+from meshcone.program.answer import FinalProgram
+from meshcone.program.tension import vertex_tension
 from meshcone.report import CertificateRecord, Report
+from meshcone.rewriting import Rewriting, compare_with_rewritten
 
-# A file that stores positions no better than this cannot be told from another answer.
-_COARSEST_PRECISION = 5e-4
-_FINEST_PRECISION = 1e-6
+# Whoever forges a certificate may also state a tolerance: this is the loosest believed.
+_LOOSEST_TOLERANCE = 1e-3
+# Two machines may round a stored position to different neighbours, but a vertex farther
+# than this share of the radius from where it belongs is elsewhere.
+_LARGEST_OFFSET = 5e-4
+_ROUNDING = 1e-9
 _AGREEMENT = 1e-3
 
 
@@ -53,8 +61,23 @@ class Verification:
         return all(check.ok for check in self.checks)
 
 
+def read_report(data: bytes, name: str) -> Report:
+    """Read the report of a refinement.
+
+    Raises:
+        InputError: it is none, or one without a certificate.
+    """
+    try:
+        report = Report.model_validate_json(data)
+    except ValidationError:
+        raise InputError("this is not a MeshCone report", file=name) from None
+    if report.certificate is None:
+        raise InputError("the report has no certificate: the input was kept as it was", file=name)
+    return report
+
+
 def verify(
-    report_json: bytes,
+    report: Report,
     certificate: MeshFile,
     source: MeshFile,
     reference: MeshFile,
@@ -63,105 +86,132 @@ def verify(
     """Check that ``refined`` is what ``source`` and ``reference`` lead to.
 
     Args:
-        report_json: the report.
+        report: the report; see :func:`read_report`.
         certificate: its certificate file.
         source: as it was sent.
         reference: as it was sent.
         refined: as it was returned.
 
     Raises:
-        InputError, LimitError: a file cannot be read at all.
+        InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
-    try:
-        report = Report.model_validate_json(report_json)
-    except ValidationError:
-        raise InputError("this is not a MeshCone report") from None
     stored = read_certificate(certificate.data, certificate.name)
     inputs, document = report.inputs, stored.document
     checks = [
         _identity("source file", source, inputs.source.sha256, document.source_sha256),
         _identity("reference file", reference, inputs.reference.sha256, document.reference_sha256),
         _identity("refined file", refined, report.output.sha256, document.refined_sha256),
-        Check(
-            "options",
-            report.options == document.options,
-            "report and certificate were made with the same options"
-            if report.options == document.options
-            else "the report's options are not the certificate's",
-        ),
+        _same("version", report.version == document.version),
+        _same("options", report.options == document.options),
     ]
     pair = read_pair(source, reference)
-    return Verification((*checks, *_check_program(report, stored, pair, refined)))
+    return Verification((*checks, *_check_answer(report, stored, pair, refined)))
 
 
-def _check_program(
+def _check_answer(
     report: Report, stored: CertificateFile, pair: Pair, refined: MeshFile
 ) -> list[Check]:
     problem = formulate(pair, report.options)
-    document = stored.document
-    if stored.positions.shape != pair.source.vertices.shape:
-        return [Check("vertices", False, "the certificate is of a mesh with other vertices")]
     try:
-        final = problem.rebuild(
-            document.candidate,
-            document.round_index,
-            stored.before,
-            stored.positions,
-            stored.multipliers,
-        )
-        written = problem.into_program(pair.written_positions(refined.data))
+        final = _rebuild(problem, stored, len(pair.source.vertices))
     except InputError as error:
         return [Check("program", False, str(error))]
-    found = certify(final, written, report.options.solver.tolerance)
+    answer = problem.out_of_program(final.positions)
+    try:
+        rewriting = compare_with_rewritten(pair, answer, refined.data, report.options.normals)
+    except (InputError, LimitError) as error:
+        return [Check("written", False, str(error))]
+    found = certify(
+        final,
+        problem.into_program(rewriting.positions),
+        report.options.solver.tolerance,
+        problem.magnification,
+    )
+    bound = min(found.tolerance, _LOOSEST_TOLERANCE)
     return [
-        _residual("feasible", found.optimum.primal, found.tolerance, "largest cone violation"),
-        _residual("stationary", found.optimum.dual, found.tolerance, "dual residual"),
-        _residual("no gap", found.optimum.gap, found.tolerance, "duality gap"),
-        _written(found, report.certificate),
+        _bounded("feasible", found.optimum.primal, bound, "largest cone violation"),
+        _bounded("stationary", found.optimum.dual, bound, "dual residual"),
+        _bounded("no gap", found.optimum.gap, bound, "duality gap"),
+        _written(found, rewriting, bound),
+        _tension(final, stored),
         _agreement(found, report.certificate),
     ]
+
+
+def _rebuild(
+    problem: SurfaceFormulation | CentroidFormulation, stored: CertificateFile, vertices: int
+) -> FinalProgram:
+    if len(stored.positions) != vertices:
+        raise InputError("the certificate is of a mesh with another number of vertices")
+    return problem.rebuild(
+        stored.document.candidate,
+        stored.document.round_index,
+        stored.before,
+        stored.positions,
+        stored.multipliers,
+    )
 
 
 def _identity(name: str, file: MeshFile, in_report: str, in_certificate: str) -> Check:
     found = hashlib.sha256(file.data).hexdigest()
     ok = found == in_report == in_certificate
-    words = f"{file.name} is the file the certificate names"
-    return Check(name, ok, words if ok else f"{file.name} is not the file the certificate names")
+    words = f"{file.name} is the file report and certificate name"
+    return Check(name, ok, words if ok else words.replace(" is ", " is not ", 1))
 
 
-def _residual(name: str, value: float, bound: float, what: str) -> Check:
+def _same(name: str, ok: bool) -> Check:
+    words = f"report and certificate state the same {name}"
+    return Check(name, ok, words if ok else words.replace("the same", "another"))
+
+
+def _bounded(name: str, value: float, bound: float, what: str) -> Check:
     return Check(name, value <= bound, f"{what} {value:.2g}, allowed {bound:.2g}")
 
 
-def _written(found: CertificateRecord, claimed: CertificateRecord | None) -> Check:
-    stated = 0.0 if claimed is None else claimed.precision
-    bound = min(max(2 * stated, _FINEST_PRECISION), _COARSEST_PRECISION)
+def _written(found: CertificateRecord, rewriting: Rewriting, tolerance: float) -> Check:
+    allowed = min(2 * rewriting.precision + _ROUNDING, _LARGEST_OFFSET)
+    if rewriting.offset > allowed:
+        words = (
+            f"the refined file is {rewriting.offset:.2g} of the radius away from the optimum "
+            f"written into the source, allowed {allowed:.2g}"
+        )
+        return Check("written", False, words)
+    same = "the refined file is the source with the optimum written into it"
+    how = "byte for byte" if rewriting.identical else "as far as its positions go"
     return Check(
         "written",
-        found.precision <= bound and found.written.primal <= found.tolerance + 2 * bound,
-        f"the refined file is within {found.precision:.2g} of the optimum, allowed {bound:.2g}; "
-        f"its largest cone violation is {found.written.primal:.2g}",
+        found.written.primal <= tolerance + 2 * rewriting.precision,
+        f"{same}, {how}: to {rewriting.precision:.2g} of the radius, "
+        f"with cone violations up to {found.written.primal:.2g}",
     )
 
 
+def _tension(final: FinalProgram, stored: CertificateFile) -> Check:
+    expected = vertex_tension(final.multipliers, len(final.positions))
+    ok = bool(np.allclose(expected, stored.tension, rtol=_AGREEMENT, atol=_ROUNDING))
+    words = "the tension is that of the multipliers"
+    return Check("tension", ok, words if ok else words.replace("is that", "is not that"))
+
+
 def _agreement(found: CertificateRecord, claimed: CertificateRecord | None) -> Check:
-    if claimed is None:
-        return Check("report", False, "the report has no certificate")
     same = (
-        found.cones == claimed.cones
-        and found.active == claimed.active
+        claimed is not None
+        and found.model_dump(exclude=_APPROXIMATE) == claimed.model_dump(exclude=_APPROXIMATE)
         and all(
-            abs(now - then) <= _AGREEMENT * found.tolerance + _AGREEMENT * abs(then)
+            abs(now - then) <= _AGREEMENT * (found.tolerance + abs(then))
             for now, then in zip(_numbers(found), _numbers(claimed), strict=True)
         )
     )
     words = "the report's residuals and cones are those found here"
-    return Check("report", same, words if same else "the report states other residuals or cones")
+    return Check("report", same, words if same else words.replace("are those", "are not those"))
+
+
+_APPROXIMATE = {"optimum", "written", "precision"}
 
 
 def _numbers(record: CertificateRecord) -> list[float]:
     return [
-        value
-        for residuals in (record.optimum, record.written)
-        for value in (residuals.primal, residuals.dual, residuals.gap)
+        record.precision,
+        *record.optimum.model_dump().values(),
+        *record.written.model_dump().values(),
     ]
