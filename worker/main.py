@@ -3,16 +3,8 @@
 from __future__ import annotations
 
 import logging
-import os
 
-# A horse has one job and the machine one worker per core: threads inside the numeric
-# libraries would only compete. They read these variables when they are imported.
-THREAD_VARIABLES = (
-    "OPENBLAS_NUM_THREADS",
-    "OMP_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-)
+from meshcone.threads import use_one_thread
 
 
 def main() -> None:
@@ -21,8 +13,7 @@ def main() -> None:
     Raises:
         InputError: the environment's settings cannot be used.
     """
-    for variable in THREAD_VARIABLES:
-        os.environ.setdefault(variable, "1")
+    use_one_thread()
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
 
     from meshcone.settings import load_settings

@@ -11,6 +11,7 @@ import typer
 from typer.main import get_command
 
 from meshcone.errors import InternalError, MeshConeError
+from meshcone.threads import use_one_thread
 
 BAD_INPUT = 2
 INTERNAL = 3
@@ -28,6 +29,7 @@ class CommandLine(typer.Typer):
         sys.exit(self._run(*args, **kwargs))
 
     def _run(self, *args: Any, **kwargs: Any) -> int:
+        use_one_thread()
         try:
             code = get_command(self)(*args, prog_name="meshcone", standalone_mode=False, **kwargs)
         except typer.TyperException as error:
