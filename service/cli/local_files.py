@@ -20,16 +20,21 @@ def read_local(path: Path) -> MeshFile:
     Raises:
         InputError: the file cannot be read.
     """
-    data = _read(path)
+    data = read_bytes(path)
     resources = {
-        name: _read(path.parent / name)
+        name: read_bytes(path.parent / name)
         for name in _named_files(data)
         if (path.parent / name).is_file()
     }
     return MeshFile(path.name, data, resources)
 
 
-def _read(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
+    """Read a file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
     try:
         return path.read_bytes()
     except OSError as error:

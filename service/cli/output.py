@@ -30,6 +30,11 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
             temporary.unlink(missing_ok=True)
 
 
+def certificate_path(report: Path) -> Path:
+    """Where the certificate of a report is: beside it, under the same name."""
+    return report.with_name(f"{report.stem}.certificate.npz")
+
+
 def require_writable(path: Path) -> None:
     """Refuse a place that cannot be written before any work is done for it.
 

@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.progress import Progress, ProgressCallback
 from service.cli.arguments import Assignments, Reference, Source, options_from
 from service.cli.local_files import read_local
-from service.cli.output import require_writable, write_together
+from service.cli.output import certificate_path, require_writable, write_together
 
 
 def command(
@@ -23,7 +23,10 @@ def command(
         Path, typer.Option("-o", "--out", help="Refined mesh to write.", show_default=False)
     ],
     report: Annotated[
-        Path | None, typer.Option(help="Report to write, as JSON.", show_default=False)
+        Path | None,
+        typer.Option(
+            help="Report to write, as JSON, with its certificate beside it.", show_default=False
+        ),
     ] = None,
     formulation: Annotated[
         str | None, typer.Option(help="Program to solve: surface or centroid. [default: surface]")
@@ -35,6 +38,8 @@ def command(
     for path in (out, report):
         if path is not None:
             require_writable(path)
+    if report is not None:
+        require_writable(certificate_path(report))
     if out.suffix.lower() != source.suffix.lower():
         raise InputError(
             f"the refined mesh has the source's format: its name must end in '{source.suffix}'",
@@ -49,6 +54,8 @@ def command(
     contents = {out: refinement.data}
     if report is not None:
         contents[report] = refinement.report.model_dump_json(indent=2).encode() + b"\n"
+        if refinement.certificate is not None:
+            contents[certificate_path(report)] = refinement.certificate
     write_together(contents)
 
 

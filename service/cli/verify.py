@@ -1,0 +1,48 @@
+"""``meshcone verify``: the certificate, checked again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.cli.local_files import read_bytes, read_local
+from service.cli.output import certificate_path
+
+_FAILED = 1  # exit code
+
+
+def command(
+    report: Annotated[
+        Path, typer.Argument(metavar="REPORT", help="Report of the refinement.", show_default=False)
+    ],
+    source: Annotated[Path, typer.Option(help="The mesh that was sent.", show_default=False)],
+    reference: Annotated[
+        Path, typer.Option(help="The reference that was sent.", show_default=False)
+    ],
+    refined: Annotated[Path, typer.Option(help="The mesh that came back.", show_default=False)],
+    certificate: Annotated[
+        Path | None,
+        typer.Option(help="Its certificate. [default: REPORT's name with .certificate.npz]"),
+    ] = None,
+) -> int:
+    """Check, without a solver, that REFINED is the optimum SOURCE and REFERENCE lead to.
+
+    Prints a line for each check; exits with 1 if any of them fails.
+    """
+    from meshcone.files import MeshFile
+    from meshcone.verify import read_report, verify  # numpy and libigl, not for a mistyped name
+
+    read = read_report(read_bytes(report), report.name)
+    place = certificate_path(report) if certificate is None else certificate
+    verification = verify(
+        read,
+        MeshFile(place.name, read_bytes(place)),
+        read_local(source),
+        read_local(reference),
+        read_local(refined),
+    )
+    for check in verification.checks:
+        typer.echo(f"{'ok' if check.ok else 'FAILED':<7}{check.name:<15} {check.words}")
+    return 0 if verification.ok else _FAILED
