@@ -135,6 +135,10 @@ class Client:
         report: dict[str, Any] = self._get(f"{job_path(job_id)}/report").json()
         return report
 
+    def certificate(self, job_id: str) -> bytes:
+        """The certificate of a job that succeeded; there is none where its input was kept."""
+        return self._get(f"{job_path(job_id)}/certificate").content
+
     def diagnostics(self, job_id: str) -> dict[str, Any]:
         """What the solver did, of a job that succeeded."""
         diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()

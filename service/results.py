@@ -11,7 +11,7 @@ from fastapi import APIRouter, Header, Response, status
 
 from service.context import Context, ContextDependency
 from service.jobs import FoundJob
-from service.problems import ProblemError, problem, problem_of
+from service.problems import MEDIA_TYPE, ProblemError, problem, problem_of
 from service.schemas import JOBS_PATH
 from worker.records import Artifact, JobRecord
 
@@ -28,6 +28,14 @@ _ANY_FILE: dict[int | str, dict[str, Any]] = {
 }
 _JSON: dict[int | str, dict[str, Any]] = {
     200: {"content": {"application/json": {"schema": {"type": "object"}}}}
+}
+_CERTIFICATE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/zip": {"schema": {"type": "string"}}}},
+    304: {"description": "the copy named by If-None-Match is current"},
+    404: {
+        "description": "there is no certificate: the input was kept as it was",
+        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+    },
 }
 _CSV: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/csv": {"schema": {"type": "string"}}}}
@@ -48,6 +56,14 @@ def get_report(
 ) -> Response:
     """The report: inputs, quality before and after, certificate, timings."""
     return _file(context, _artifact(record, "report"), if_none_match)
+
+
+@router.get("/{job_id}/certificate", response_class=Response, responses=_CERTIFICATE)
+def get_certificate(
+    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
+) -> Response:
+    """The certificate, for `meshcone verify`: a NumPy .npz archive, which is a ZIP file."""
+    return _file(context, _artifact(record, "certificate"), if_none_match)
 
 
 @router.get("/{job_id}/diagnostics", response_class=Response, responses=_JSON)
@@ -73,6 +89,8 @@ def _artifact(record: JobRecord, name: str) -> Artifact:
     if record.state != "succeeded":
         error = problem_of(record.error) if record.error else None
         raise ProblemError(problem("job-failed", f"the job {_ended(record)}", error=error))
+    if name not in record.artifacts:
+        raise ProblemError(problem("not-found", f"the job has no {name}: it kept its input"))
     return record.artifacts[name]
 
 

@@ -32,6 +32,9 @@ class JobLinks(BaseModel):
     self: str
     mesh: str | None = None
     report: str | None = None
+    certificate: str | None = Field(
+        default=None, description="absent where the input was kept as it was"
+    )
     diagnostics: str | None = None
     diagnostics_csv: str | None = None
 
@@ -97,6 +100,7 @@ def _links(record: JobRecord) -> JobLinks:
         self=path,
         mesh=f"{path}/mesh",
         report=f"{path}/report",
+        certificate=f"{path}/certificate" if "certificate" in record.artifacts else None,
         diagnostics=f"{path}/diagnostics",
         diagnostics_csv=f"{path}/diagnostics.csv",
     )

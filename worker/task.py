@@ -79,6 +79,14 @@ def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, 
     )
 
 
+def _certificate(stem: str, refinement: Refinement) -> dict[str, tuple[bytes, str, str]]:
+    if refinement.certificate is None:
+        return {}
+    # An .npz has no media type of its own; what it is is a ZIP archive.
+    name = f"{stem}.report.certificate.npz"  # where `meshcone verify` looks beside the report
+    return {"certificate": (refinement.certificate, "application/zip", name)}
+
+
 def _store_artifacts(
     blobs: BlobStore, record: JobRecord, refinement: Refinement
 ) -> dict[str, Artifact]:
@@ -86,6 +94,7 @@ def _store_artifacts(
     table = diagnostics_csv(refinement.report.solver).encode()
     stem = PurePath(record.source.name).stem
     contents = {
+        **_certificate(stem, refinement),
         "mesh": (refinement.data, refinement.media_type, refinement.name),
         "report": (report, "application/json", f"{stem}.report.json"),
         "diagnostics_csv": (table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"),
