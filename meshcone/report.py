@@ -125,12 +125,13 @@ class Report(_Record):
 
 
 def diagnostics_csv(solver: SolverReport) -> str:
-    """Write the iteration history of all rounds as one table, a row an iteration."""
+    """Write SCS's iterations in the rounds it was asked in as one table, a row an iteration."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    columns = list(solver.rounds[0].history) if solver.rounds else []
+    asked = [record for record in solver.rounds if record.history]
+    columns = list(asked[0].history) if asked else []
     writer.writerow(["round", *columns])
-    for record in solver.rounds:
+    for record in asked:
         for row in zip(*(record.history[name] for name in columns), strict=True):
             writer.writerow([record.round, *row])
     return text.getvalue()

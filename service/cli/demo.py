@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -14,11 +15,15 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from service.cli.output import write_together
+from service.cli.output import certificate_path, write_together
 
 if TYPE_CHECKING:
     from service.demo.display import Display
     from service.demo.session import DemoResult
+
+_SOURCE, _REFERENCE, _REFINED = "source.glb", "reference.glb", "refined.glb"
+_REPORT = "report.json"
+_CERTIFICATE = certificate_path(Path(_REPORT)).name
 
 
 def command(
@@ -39,8 +44,8 @@ def command(
     console = Console()
     with interruptible(), Display(console) as display, _working_directory(out, display) as data_dir:
         display.step("making a jug, and a copy of it with noise")
-        reference = MeshFile("reference.glb", reference_glb())
-        source = MeshFile("source.glb", degraded(reference.data))
+        reference = MeshFile(_REFERENCE, reference_glb())
+        source = MeshFile(_SOURCE, degraded(reference.data))
         result = run_session(source, reference, data_dir, display)
         display.step("drawing the pictures")
         contents = _files(source, reference, result)
@@ -51,6 +56,9 @@ def command(
     console.print(
         f"files          in {out}: {', '.join(contents)}", highlight=False, soft_wrap=True
     )
+    if result.certificate is not None:
+        console.print("check it again with", highlight=False)
+        console.print(_verify_command(out), highlight=False, soft_wrap=True)
 
 
 def _files(source: MeshFile, reference: MeshFile, result: DemoResult) -> dict[str, bytes]:
@@ -58,16 +66,24 @@ def _files(source: MeshFile, reference: MeshFile, result: DemoResult) -> dict[st
     from service.demo.before_after import Triple, draw_before_after
     from service.demo.convergence import draw_convergence
 
+    proof = {} if result.certificate is None else {_CERTIFICATE: result.certificate}
     triple = Triple(source.data, result.refined, reference.data, face_colours())
     return {
         source.name: source.data,
         reference.name: reference.data,
-        "refined.glb": result.refined,
-        "report.json": json.dumps(result.report, indent=2).encode() + b"\n",
+        _REFINED: result.refined,
+        _REPORT: json.dumps(result.report, indent=2).encode() + b"\n",
+        **proof,
         "diagnostics.csv": result.diagnostics_csv.encode(),
         "before-after.png": draw_before_after(triple, result.report),
         "convergence.png": draw_convergence(result.report),
     }
+
+
+def _verify_command(out: Path) -> str:
+    files = {"source": _SOURCE, "reference": _REFERENCE, "refined": _REFINED}
+    named = [f"--{name} {shlex.quote(str(out / file))}" for name, file in files.items()]
+    return " ".join(["meshcone verify", shlex.quote(str(out / _REPORT)), *named])
 
 
 def _make_directory(path: Path) -> None:

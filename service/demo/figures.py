@@ -6,6 +6,7 @@ import io
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 INK = "#22303c"
@@ -27,6 +28,17 @@ def new_figure(width: float, height: float) -> Figure:
     figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     return figure
+
+
+def finish(axes: Axes, title: str) -> None:
+    """Give a diagram its title and the look all diagrams share."""
+    axes.set_title(title, fontsize=12, color=INK, loc="left", pad=10)
+    axes.tick_params(labelsize=9, colors=INK)
+    axes.tick_params(axis="x", length=0)
+    axes.grid(axis="y", color="#e6eaed", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(FAINT)
 
 
 def png(figure: Figure) -> bytes:

@@ -31,11 +31,13 @@ class DemoResult:
     Attributes:
         refined: the refined mesh, in the format of the source.
         report: ``meshcone.report/1``.
+        certificate: its certificate, or None where the input was kept.
         diagnostics_csv: the solver's iterations as a table.
     """
 
     refined: bytes
     report: dict[str, Any]
+    certificate: bytes | None
     diagnostics_csv: str
 
 
@@ -67,10 +69,11 @@ def run_session(
         display.step(f"the service listens on {stack.url}")
         job = client.submit(source, reference)
         display.step(f"sent {source.name} and {reference.name} as job {job.id}")
-        _wait(stack, client, job.id, display)
+        job = _wait(stack, client, job.id, display)
         result = DemoResult(
             refined=client.mesh(job.id),
             report=client.report(job.id),
+            certificate=client.certificate(job.id) if job.links.certificate else None,
             diagnostics_csv=client.diagnostics_csv(job.id),
         )
     interruption.allow()
@@ -86,7 +89,7 @@ def _own_settings(data_dir: Path) -> Any:
     return WorkerSettings(redis_url=None, data_dir=data_dir, blob_url=blobs.as_uri())
 
 
-def _wait(stack: Stack, client: Client, job_id: str, display: Display) -> None:
+def _wait(stack: Stack, client: Client, job_id: str, display: Display) -> Job:
     deadline = time.monotonic() + JOB_TIMEOUT
     while True:
         try:
@@ -97,6 +100,7 @@ def _wait(stack: Stack, client: Client, job_id: str, display: Display) -> None:
             if time.monotonic() > deadline:
                 raise InternalError(f"the job took longer than {JOB_TIMEOUT:g} s") from None
     _require_success(job)
+    return job
 
 
 def _require_success(job: Job) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -38,22 +39,47 @@ def metrics_table(report: dict[str, Any]) -> Table:
 
 
 def summary_lines(report: dict[str, Any]) -> list[str]:
-    """What the solver did, how long each stage took, and the outcome in words."""
-    solver, timings = report["solver"], report["timings"]
+    """What was solved and proved, how long each stage took, and the outcome in words."""
+    solver = report["solver"]
     rounds = solver["rounds"]
-    sizes = rounds[0]["sizes"]
-    iterations = str(solver["iterations"])
-    if not solver["iterations"]:
-        iterations += " (every warm start already met the tolerance)"
-    stages = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in timings.items())
+    methods = Counter(record["method"] for record in rounds)
+    stages = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["timings"].items())
     return [
-        f"program        {sizes['variables']:,} variables, {sum(sizes['cones'].values()):,} cones",
-        f"rounds         {len(rounds)}",
-        f"iterations     {iterations}",
-        f"linear solver  {rounds[0]['info']['linear_solver']}",
+        f"rounds         {len(rounds)} with the setting '{solver['candidate']}': "
+        + ", ".join(f"{count} by {method}" for method, count in methods.items()),
+        *_certificate_lines(report["certificate"]),
+        f"SCS            {_asked_of_scs(solver)}",
         f"seconds        {stages}",
         f"outcome        {report['outcome']}: {_in_words(report)}",
     ]
+
+
+def _certificate_lines(certificate: dict[str, Any] | None) -> list[str]:
+    if certificate is None:
+        return ["certificate    none: the input was kept as it was"]
+    residuals = ", ".join(f"{name} {value:.1e}" for name, value in certificate["optimum"].items())
+    verdict = "holds" if certificate["holds"] else "does not hold"
+    return [
+        f"cones          {_count(certificate['cones'])}; active {_count(certificate['active'])}",
+        f"certificate    {verdict}: residuals {residuals}, allowed {certificate['tolerance']:.0e}",
+    ]
+
+
+def _count(cones: dict[str, int]) -> str:
+    return ", ".join(f"{number:,} {kind}" for kind, number in cones.items())
+
+
+def _asked_of_scs(solver: dict[str, Any]) -> str:
+    last = solver["rounds"][-1]["info"]
+    if last is None:
+        return "was not asked"
+    verdict = (
+        "confirms the last round" if solver["confirmed"] else "does not confirm the last round"
+    )
+    return (
+        f"{verdict} in {last['setup_seconds'] + last['solve_seconds']:.2f} s: "
+        f"{last['status']}, {last['iterations']} iterations, {last['linear_solver']}"
+    )
 
 
 def _in_words(report: dict[str, Any]) -> str:
