@@ -44,7 +44,7 @@ class SurfaceOptions(_Section):
     """The surface program: distances to the reference's surface, both ways."""
 
     fairness: tuple[NonNegative, ...] = Field(
-        (3.0, 1.0, 1.0, 0.3, 0.1),
+        (3.0, 1.0, 0.3, 0.05, 0.01),
         max_length=50,
         description="weight of the Laplacian in each round; its length is the number of rounds",
     )

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from meshcone.options import SurfaceOptions
 from meshcone.program.surface_objective import PlanePull, SurfaceObjective, SurfacePoints
-from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.surface import ClosestPoints, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, row_dot
 from meshcone.surface.closest import barycentric_weights
 
@@ -70,11 +70,15 @@ class SourceStructure:
         orientation: 1, or −1 where the source is inside out against the reference.
         noisiness: (n,) squared ratio of the distance of each vertex's neighbourhood from
             the reference to the length of its edges: above 1, edges say nothing of the shape.
+        vertices: (n, 3) the input.
+        closest: the reference's closest points to it.
     """
 
     laplacian: sparse.csr_array
     orientation: float
     noisiness: Floats
+    vertices: Floats
+    closest: ClosestPoints
 
     @staticmethod
     def of(source: Mesh, reference: PreparedReference, noise_scale: float) -> SourceStructure:
@@ -97,12 +101,19 @@ class SourceStructure:
         agreement = row_dot(source.vertex_normals, normals)
         nearby = (adjacency @ closest.distances + closest.distances) / (degree + 1)
         scale = np.maximum(noise_scale * lengths / degree, 1e-12)
-        laplacian = sparse.eye_array(count) - sparse.diags_array(1 / degree) @ adjacency
         return SourceStructure(
-            laplacian=laplacian.tocsr(),
+            laplacian=_laplacian(adjacency),
             orientation=1.0 if agreement.mean() >= 0 else -1.0,
             noisiness=(nearby / scale) ** 2,
+            vertices=source.vertices,
+            closest=closest,
         )
+
+    def closest_points(self, moving: Mesh, reference: PreparedReference) -> ClosestPoints:
+        """Find the reference's closest points to a round's starting positions."""
+        if moving.vertices is self.vertices:
+            return self.closest
+        return reference.tree.closest(moving.vertices)
 
     def fairness(self, weight: float, knee: float) -> Floats:
         """Return the fairness of each vertex, (n,), for a round's weight.
@@ -113,6 +124,14 @@ class SourceStructure:
         """
         share = np.minimum(1, self.noisiness * min(1, knee / weight)) if weight > 0 else 0.0
         return np.asarray(weight * (share + _FAIRNESS_FLOOR) + np.zeros_like(self.noisiness))
+
+
+def _laplacian(adjacency: sparse.csr_array) -> sparse.csr_array:
+    """Return the uniform Laplacian (n, n); the row of an isolated vertex is zero."""
+    degree = np.diff(adjacency.indptr)
+    connected = (degree > 0).astype(np.float64)
+    mean = sparse.diags_array(connected / np.maximum(degree, 1)) @ adjacency
+    return sparse.csr_array(sparse.diags_array(connected) - mean)
 
 
 def round_objective(
@@ -132,7 +151,7 @@ def round_objective(
         structure: what stays of the source.
         options: weights and schedule.
     """
-    closest = reference.tree.closest(moving.vertices)
+    closest = structure.closest_points(moving, reference)
     normals = reference.tree.mesh.face_normals[closest.faces]
     agreement = structure.orientation * row_dot(moving.vertex_normals, normals)
     opposed = agreement < (_FIRST_ROUND_OPPOSITION if round_index == 0 else 0)

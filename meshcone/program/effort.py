@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from meshcone.options import Options, SurfaceOptions
 
 _UNFOLDING = (30.0, 10.0)
-_FINISHING = (0.03, 0.01)
+_FINISHING = (0.01,)
 
 
 @dataclass(frozen=True)
@@ -46,4 +46,5 @@ def candidates(options: Options) -> list[Candidate]:
 
 
 def _with(base: SurfaceOptions, **changes: object) -> SurfaceOptions:
-    return SurfaceOptions.model_validate({**base.model_dump(), **changes})
+    # Not validated again: the caller's schedule may already be as long as one may be.
+    return base.model_copy(update=changes)

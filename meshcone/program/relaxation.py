@@ -15,7 +15,7 @@ from meshcone.errors import InternalError
 from meshcone.program.conic import QuadraticObjective
 from meshcone.surface.arrays import Floats
 
-TIGHT = 1e-7
+_TIGHT = 1e-7
 _ITERATION_LIMIT = 5000
 
 
@@ -27,33 +27,33 @@ class PreconditionedObjective(QuadraticObjective, Protocol):
 
 
 def solve_relaxation(
-    objective: PreconditionedObjective, start: Floats, tolerance: float = TIGHT
+    objective: PreconditionedObjective, start: Floats, reduction: float = 0.0
 ) -> Floats:
     """Minimise the objective without constraints, by Jacobi-preconditioned CG.
 
     Args:
         objective: strictly convex.
         start: (3n,) first guess.
-        tolerance: the gradient is reduced below this share of the objective's linear term.
+        reduction: stop already where the gradient has fallen to this share of what it was
+            at the start.
 
     Returns:
-        The minimiser (3n,).
+        The minimiser (3n,), its gradient below 1e-7 of the objective's linear term.
 
     Raises:
         InternalError: CG did not converge.
     """
     size = len(start)
     inverse = 1 / objective.diagonal()
-    operator = LinearOperator((size, size), matvec=objective.apply, dtype=np.float64)
-    preconditioner = LinearOperator((size, size), matvec=lambda x: inverse * x, dtype=np.float64)
-    x, code = cg(
-        operator,
-        -objective.linear,
-        x0=start,
-        rtol=tolerance,
+    gradient = objective.apply(start) + objective.linear
+    step, code = cg(
+        LinearOperator((size, size), matvec=objective.apply, dtype=np.float64),
+        -gradient,
+        rtol=reduction,
+        atol=_TIGHT * float(np.linalg.norm(objective.linear)),
         maxiter=_ITERATION_LIMIT,
-        M=preconditioner,
+        M=LinearOperator((size, size), matvec=lambda x: inverse * x, dtype=np.float64),
     )
     if code != 0:
         raise InternalError("the conjugate gradient method did not converge")
-    return np.asarray(x)
+    return np.asarray(start + step)

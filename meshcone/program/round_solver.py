@@ -59,7 +59,7 @@ def solve_round(
     start: Floats,
     options: SolverOptions,
     *,
-    relaxation_tolerance: float,
+    reduction: float = 0.0,
 ) -> RoundSolution:
     """Solve a round's program to optimality.
 
@@ -68,14 +68,14 @@ def solve_round(
         families: every constraint.
         start: (n, 3) first guess.
         options: method, tolerance and limits.
-        relaxation_tolerance: how far CG reduces the gradient of the relaxation.
+        reduction: how far CG need reduce the gradient of the relaxation; 0 for all the way.
 
     Raises:
         InfeasibleError: the constraints contradict each other.
         SolveTimeoutError: the time limit passed.
         InternalError: neither method found an optimum.
     """
-    relaxed = solve_relaxation(objective, start.ravel(), relaxation_tolerance)
+    relaxed = solve_relaxation(objective, start.ravel(), reduction)
     if options.method == "full":
         program = assemble(objective, everything(families))
         run = solve(program, options, slack_start(program, relaxed))

@@ -6,24 +6,28 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from meshcone.errors import InternalError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram, RefinedPositions
+from meshcone.program.cones import ConeFamily
 from meshcone.program.confirm import confirm_optimum
 from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.effort import Candidate, candidates
 from meshcone.program.records import record_round
-from meshcone.program.relaxation import TIGHT
 from meshcone.program.round_solver import RoundSolution, solve_round
+from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
 RoundCallback = Callable[[int, int], None]
 
-# Rounds before the last only prepare the next one's data.
-_INTERMEDIATE_TOLERANCE = 1e-5
-# A round that moves the vertices by less than this share of the radius ends the refinement.
+# Rounds before the last only prepare the next one's data: their relaxation need not be
+# solved beyond this share of its first gradient.
+_INTERMEDIATE_REDUCTION = 1e-2
+# A round that moves no vertex by more than this share of the radius ends the refinement.
 _STANDSTILL = 1e-7
 _SCORING_SAMPLES = 4000
 
@@ -71,17 +75,14 @@ class SurfaceRefiner:
             started = time.perf_counter()
             objective, families = problem.program(index, before)
             last = index == problem.rounds - 1
-            solution = solve_round(
-                objective,
-                families,
-                before,
-                self._options.solver,
-                relaxation_tolerance=TIGHT if last else _INTERMEDIATE_TOLERANCE,
-            )
+            reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
+            solution = self._solve(objective, families, before, reduction)
+            if not last and float(np.abs(solution.positions - before).max()) < _STANDSTILL:
+                last, solution = True, self._solve(objective, families, before, 0.0)
             elapsed = time.perf_counter() - started
             records.append(record_round(index, solution, families, before, elapsed))
-            count.advance(problem.rounds - index if records[-1].movement < _STANDSTILL else 1)
-            if last or records[-1].movement < _STANDSTILL:
+            count.advance(problem.rounds - index if last else 1)
+            if last:
                 final = FinalProgram(
                     index, before, objective, families, solution.positions, solution.multipliers
                 )
@@ -89,6 +90,15 @@ class SurfaceRefiner:
                 return _CandidateRun(candidate, final, solution, records, score)
             before = solution.positions
         raise InternalError("the schedule has no rounds")
+
+    def _solve(
+        self,
+        objective: SurfaceObjective,
+        families: list[ConeFamily],
+        before: Floats,
+        reduction: float,
+    ) -> RoundSolution:
+        return solve_round(objective, families, before, self._options.solver, reduction=reduction)
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""

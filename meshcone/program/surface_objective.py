@@ -37,10 +37,19 @@ class PlanePull:
     targets: Floats
     tangential: float
 
+    @cached_property
+    def _weighted_normals(self) -> Floats:
+        return self.weights[:, None] * self.normals
+
+    @cached_property
+    def _weighted_tangential(self) -> Floats:
+        return self.tangential * self.weights[:, None]
+
     def apply(self, points: Floats) -> Floats:
         """Apply w (n nᵀ + τ I) to each of (k, 3) points."""
-        along = row_dot(self.normals, points)[:, None]
-        return self.weights[:, None] * (self.normals * along + self.tangential * points)
+        result = self._weighted_tangential * points
+        result += self._weighted_normals * row_dot(self.normals, points)[:, None]
+        return result
 
     @property
     def value_at_zero(self) -> float:
@@ -121,12 +130,16 @@ class SurfaceObjective:
     def _laplacian_transposed(self) -> sparse.csr_array:
         return self.laplacian.T.tocsr()
 
+    @cached_property
+    def _fairness_transposed(self) -> sparse.csr_array:
+        return (self._laplacian_transposed @ sparse.diags_array(self.fairness)).tocsr()
+
     def apply(self, x: Floats) -> Floats:
         """Return P x for (3n,), a few sparse products."""
         positions = x.reshape(-1, 3)
-        smooth = self.fairness[:, None] * (self.laplacian @ positions)
-        result = self.forward.apply(positions) + self.proximity * positions
-        result += self._laplacian_transposed @ smooth
+        result = self.forward.apply(positions)
+        result += self.proximity * positions
+        result += self._fairness_transposed @ (self.laplacian @ positions)
         if self.backward is not None and self.carried is not None:
             points = self.carried.gather @ positions
             result += self.carried.scatter @ self.backward.apply(points)
@@ -150,7 +163,7 @@ class SurfaceObjective:
         forward = self.forward
         isotropic = (
             sparse.diags_array(forward.weights * forward.tangential + self.proximity)
-            + self._laplacian_transposed @ sparse.diags_array(self.fairness) @ self.laplacian
+            + self._fairness_transposed @ self.laplacian
         )
         normal = _normal_rows(forward, np.arange(count)[:, None], np.ones((count, 1)), count)
         quadratic = normal.T @ normal
