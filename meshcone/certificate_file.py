@@ -110,14 +110,7 @@ def read_certificate(data: bytes, name: str) -> CertificateFile:
             before=_floats(arrays.pop("before")),
             positions=_floats(arrays.pop("positions")),
             tension=_floats(arrays.pop("tension")),
-            multipliers={
-                key.removeprefix("which_"): (
-                    _indices(which),
-                    _floats(arrays["values_" + key.removeprefix("which_")]),
-                )
-                for key, which in arrays.items()
-                if key.startswith("which_")
-            },
+            multipliers=_multipliers(arrays),
         )
     except _UNREADABLE as error:
         raise InputError("this is not a MeshCone certificate", file=name) from error
@@ -134,6 +127,17 @@ def _read_arrays(data: bytes) -> dict[str, Any]:
             raise ValueError("the archive unpacks to more than any certificate holds")
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return dict(arrays)
+
+
+def _multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Ints, Floats]]:
+    kinds = [key.removeprefix("which_") for key in arrays if key.startswith("which_")]
+    multipliers = {
+        kind: (_indices(arrays.pop(f"which_{kind}")), _floats(arrays.pop(f"values_{kind}")))
+        for kind in kinds
+    }
+    if arrays:
+        raise ValueError(f"the archive holds an array of no meaning: {min(arrays)}")
+    return multipliers
 
 
 def _indices(array: Any) -> Ints:

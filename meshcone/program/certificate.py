@@ -2,9 +2,10 @@
 
 For minimise ½ xᵀP x + cᵀx subject to b − A x ∈ K, a point x with multipliers y ∈ K* is
 optimal exactly when x is feasible, P x + c + Aᵀy = 0, and xᵀP x + cᵀx + bᵀy = 0 (paper,
-section "Theoretical Properties"). The three residuals here say by how much it is not,
-relative to one plus the size of their terms, as the DIMACS error measures and SCS's own
-termination test are.
+section "Theoretical Properties"). The residuals here say by how much it is not, relative to
+one plus the size of their terms, as the DIMACS error measures and SCS's own termination
+test are. The last condition says that yᵀs = 0 for each cone; that is measured too, cone by
+cone and as a length.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def residuals(
     """
     x = positions.ravel()
     Px, c = objective.apply(x), objective.linear
-    Aty, by, outside = np.zeros_like(x), 0.0, 0.0
+    Aty, by, outside, apart = np.zeros_like(x), 0.0, 0.0, 0.0
     for entry in multipliers:
         A, b = entry.family.rows(entry.which, len(positions))
         y = entry.values.ravel()
@@ -45,13 +46,22 @@ def residuals(
         by += float(b @ y)
         if entry.family.cone != "zero":  # the dual of the zero cone is everything
             outside = max(outside, _largest(cone_violation(entry.family.cone, entry.values)))
+            apart = max(apart, _largest(_distance_to_bound(entry, positions)))
     scale = 1 + max(_largest(Px), _largest(c), _largest(Aty))
     terms = (float(x @ Px), float(c @ x), by)
     return Residuals(
         primal=max((_largest(family.violation(positions)) for family in families), default=0.0),
         dual=max(_largest(Px + c + Aty), outside) / scale,
         gap=abs(sum(terms)) / (1 + max(map(abs, terms))),
+        complementarity=apart,
     )
+
+
+def _distance_to_bound(entry: Multipliers, positions: Floats) -> Floats:
+    """Return |yᵀs|/‖y‖ of each cone, (j,); a sum over all cones would let many hide one."""
+    slack = entry.family.slack(positions)[entry.which]
+    norms = np.maximum(np.linalg.norm(entry.values, axis=1), 1e-300)
+    return np.asarray(np.abs(np.sum(slack * entry.values, axis=1)) / norms)
 
 
 MultiplierTable = Mapping[str, tuple[Ints, Floats]]

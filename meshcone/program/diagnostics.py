@@ -94,8 +94,12 @@ class Residuals(_Record):
     gap: float = Field(
         description="|xᵀP x + cᵀx + bᵀy| relative to 1 plus the largest of its terms"
     )
+    complementarity: float = Field(
+        description="largest distance between a cone that has a multiplier and its bound, "
+        "|yᵀs|/‖y‖, relative to the reference's radius"
+    )
 
     @property
     def worst(self) -> float:
-        """The largest of the three."""
-        return max(self.primal, self.dual, self.gap)
+        """The largest of them."""
+        return max(self.primal, self.dual, self.gap, self.complementarity)

@@ -12,7 +12,7 @@ from meshcone.program.model import solve_centroid_model
 from meshcone.program.multipliers import unflatten
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution
-from meshcone.program.scs_solver import solve
+from meshcone.program.scs_solver import certifiable, solve
 from meshcone.surface import Mesh
 
 
@@ -28,11 +28,11 @@ def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedP
     objective, caps, copied = centroid_program(source, reference, options)
     if options.centroid.form == "cvxpy":
         optimum, multipliers, record = solve_centroid_model(
-            objective, caps, options.solver, source.vertices
+            objective, caps, certifiable(options.solver), source.vertices
         )
     else:
         program = assemble(objective, everything([caps]))
-        run = solve(program, options.solver)
+        run = solve(program, certifiable(options.solver))
         optimum = run.solution.x.reshape(-1, 3)
         multipliers = unflatten(run.solution.y, program)
         solution = RoundSolution(optimum, multipliers, "scs", 1, program, run)

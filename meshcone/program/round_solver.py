@@ -20,7 +20,7 @@ from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import ConicProgram, Selection, assemble, everything
 from meshcone.program.multipliers import Multipliers, flatten, unflatten
 from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
-from meshcone.program.scs_solver import PrimalDual, ScsRun, solve
+from meshcone.program.scs_solver import PrimalDual, ScsRun, certifiable, solve
 from meshcone.surface.arrays import Floats, Ints
 
 Method = Literal["relaxation", "multipliers", "scs"]
@@ -78,11 +78,11 @@ def solve_round(
     relaxed = solve_relaxation(objective, start.ravel(), reduction)
     if options.method == "full":
         program = assemble(objective, everything(families))
-        run = solve(program, options, slack_start(program, relaxed))
+        run = solve(program, certifiable(options), slack_start(program, relaxed))
         return _by_scs(program, run, passes=1)
-    chosen = [_violated(family, relaxed, _NEARLY_TIGHT) for family in families]
     if not any(_exceeded(family, relaxed) for family in families):
         return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0, None, None)
+    chosen = [_violated(family, relaxed, _NEARLY_TIGHT) for family in families]
     return _solve_active(objective, families, chosen, relaxed, options)
 
 
@@ -102,7 +102,7 @@ def _solve_active(
         if dual.converged:
             solution = _by_multipliers(program, dual.solution, passes)
         else:
-            solution = _by_scs(program, solve(program, options, dual.solution), passes)
+            solution = _by_scs(program, solve(program, certifiable(options), dual.solution), passes)
         x, known = solution.positions.ravel(), solution.multipliers
         fresh = [_violated(family, x, 0.0) for family in families]
         grown = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]

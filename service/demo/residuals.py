@@ -21,6 +21,7 @@ _CERTIFIED = (
     ("primal", "largest\ncone violation"),
     ("dual", "dual\nresidual"),
     ("gap", "duality\ngap"),
+    ("complementarity", "slack of\nactive cones"),
 )
 _POINTS = (
     ("optimum", "at the optimum", "#1b7f8c", "o"),
