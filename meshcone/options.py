@@ -45,6 +45,7 @@ class SurfaceOptions(_Section):
 
     fairness: tuple[NonNegative, ...] = Field(
         (3.0, 1.0, 0.3, 0.05, 0.01),
+        min_length=1,
         max_length=50,
         description="weight of the Laplacian in each round; its length is the number of rounds",
     )
