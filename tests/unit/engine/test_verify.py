@@ -6,89 +6,25 @@ wherever a file is another, and a check of the mathematics has to fail.
 
 from __future__ import annotations
 
-import hashlib
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from meshcone.assets import read_asset
-from meshcone.certificate_file import CertificateFile, read_certificate
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.options import Options, parse_options
+from meshcone.options import parse_options
 from meshcone.refine import refine
-from meshcone.report import Report
-from meshcone.verify import read_report, verify
+from meshcone.verify import read_report
+from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import CAPPED, RADIUS, SETTINGS, rough, smooth
 
 HASHES = {"source file", "reference file", "refined file"}
 OPTIMALITY = {"feasible", "stationary", "no gap", "complementary"}
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """Everything `meshcone verify` takes."""
-
-    report: Report
-    certificate: CertificateFile
-    source: MeshFile
-    reference: MeshFile
-    refined: MeshFile
-
-    @staticmethod
-    def of(source: MeshFile, reference: MeshFile, options: dict[str, Any]) -> Evidence:
-        answer = refine(source, reference, parse_options(options))
-        assert answer.certificate is not None
-        return Evidence(
-            Report.model_validate_json(answer.report.model_dump_json()),
-            read_certificate(answer.certificate, "made"),
-            source,
-            reference,
-            MeshFile(answer.name, answer.data),
-        )
-
-    def failed(self) -> set[str]:
-        """Verify, and return the names of the checks that fail."""
-        stored = MeshFile("certificate.npz", self.certificate.to_bytes())
-        checks = verify(self.report, stored, self.source, self.reference, self.refined).checks
-        return {check.name for check in checks if not check.ok}
-
-    def with_forged_hashes(self) -> Evidence:
-        """State the hashes of the files at hand."""
-        source, reference, refined = (
-            hashlib.sha256(file.data).hexdigest()
-            for file in (self.source, self.reference, self.refined)
-        )
-        inputs = self.report.inputs
-        forged = {
-            "inputs": inputs.model_copy(
-                update={
-                    "source": inputs.source.model_copy(update={"sha256": source}),
-                    "reference": inputs.reference.model_copy(update={"sha256": reference}),
-                }
-            ),
-            "output": self.report.output.model_copy(update={"sha256": refined}),
-        }
-        return replace(self, report=self.report.model_copy(update=forged)).with_document(
-            source_sha256=source, reference_sha256=reference, refined_sha256=refined
-        )
-
-    def with_document(self, **changes: object) -> Evidence:
-        document = self.certificate.document.model_copy(update=changes)
-        return self.with_certificate(document=document)
-
-    def with_certificate(self, **changes: Any) -> Evidence:
-        return replace(self, certificate=replace(self.certificate, **changes))
-
-    def with_options(self, options: Options) -> Evidence:
-        """State other options in the report and in the certificate."""
-        report = self.report.model_copy(update={"options": options})
-        return replace(self, report=report).with_document(options=options)
 
 
 @pytest.fixture(scope="module")
@@ -289,26 +225,6 @@ def test_what_is_no_report_is_refused(data: bytes) -> None:
         read_report(data, "report.json")
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda data: data[:0],
-        lambda data: data[:4],
-        lambda data: data[: len(data) // 2],
-        lambda data: data[:60] + bytes(40) + data[100:],
-        lambda data: data.replace(b"before.npy", b"behind.npy"),
-        lambda data: data.replace(b"which_max", b"where_max"),
-    ],
-)
-def test_what_is_no_certificate_is_refused(
-    capped: Evidence, damage: Callable[[bytes], bytes]
-) -> None:
-    damaged = damage(capped.certificate.to_bytes())
-
-    with pytest.raises(InputError, match="certificate"):
-        read_certificate(damaged, "certificate.npz")
-
-
 def test_no_solver_is_needed(capped: Evidence, tmp_path: Any) -> None:
     files = {
         "report": capped.report.model_dump_json().encode(),
@@ -324,7 +240,7 @@ import sys
 sys.modules["scs"] = sys.modules["cvxpy"] = None  # importing them is an error now
 from pathlib import Path
 from meshcone.files import MeshFile
-from meshcone.verify import read_report, verify
+from meshcone.verify import read_report
 report, *rest = (MeshFile(name, Path(name).read_bytes()) for name in sys.argv[1:])
 print(verify(read_report(report.data, report.name), *rest).ok)
 """
