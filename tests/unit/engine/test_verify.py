@@ -240,7 +240,7 @@ import sys
 sys.modules["scs"] = sys.modules["cvxpy"] = None  # importing them is an error now
 from pathlib import Path
 from meshcone.files import MeshFile
-from meshcone.verify import read_report
+from meshcone.verify import read_report, verify
 report, *rest = (MeshFile(name, Path(name).read_bytes()) for name in sys.argv[1:])
 print(verify(read_report(report.data, report.name), *rest).ok)
 """
