@@ -36,6 +36,10 @@ def draw_residuals(axes: Axes, report: dict[str, Any]) -> None:
     """Draw SCS's iterations where it had to iterate, the certificate where it had not."""
     rounds = [record for record in report["solver"]["rounds"] if record["history"]]
     iterated = [record for record in rounds if record["info"]["iterations"]]
+    if report["certificate"] is None and not rounds:
+        axes.set_axis_off()
+        axes.set_title("The input was kept: nothing to certify", fontsize=12, color=INK, loc="left")
+        return
     if report["certificate"] is None or iterated:
         _draw_history(axes, rounds)
         finish(axes, "Residuals of SCS at each logged iteration")

@@ -9,7 +9,7 @@ from rich.console import Console
 from service.demo.summary import metrics_table, summary_lines
 
 
-def report(outcome: str = "improved", iterations: int = 0) -> dict[str, Any]:
+def report(outcome: str = "improved") -> dict[str, Any]:
     def metrics(mean: float, emd: float) -> dict[str, Any]:
         return {"point_to_surface": {"mean": mean}, "emd": emd}
 
@@ -22,13 +22,29 @@ def report(outcome: str = "improved", iterations: int = 0) -> dict[str, Any]:
             "conventions": {"samples": 5000},
         },
         "solver": {
-            "iterations": iterations,
+            "candidate": "unfolding",
+            "confirmed": True,
             "rounds": [
+                {"method": "relaxation", "info": None},
+                {"method": "relaxation", "info": None},
                 {
-                    "sizes": {"variables": 14844, "cones": {"edge_cap": 14000, "pin": 832}},
-                    "info": {"linear_solver": "sparse-direct-amd-qdldl"},
-                }
+                    "method": "multipliers",
+                    "info": {
+                        "status": "solved",
+                        "iterations": 0,
+                        "linear_solver": "sparse-indirect-scs",
+                        "setup_seconds": 0.1,
+                        "solve_seconds": 0.05,
+                    },
+                },
             ],
+        },
+        "certificate": {
+            "holds": True,
+            "tolerance": 1e-5,
+            "cones": {"edge_cap": 14000, "pin": 832},
+            "active": {"edge_cap": 7, "pin": 832},
+            "optimum": {"primal": 0.0, "dual": 1e-7, "gap": 3e-9, "complementarity": 0.0},
         },
         "timings": {"solve": 1.234, "total": 2.0},
     }
@@ -50,13 +66,41 @@ def test_no_ratio_to_nothing() -> None:
     assert row.split() == ["emd", "0", "0.02", "0.02", "-"]
 
 
+def line_of(name: str, of: dict[str, Any]) -> str:
+    (line,) = [line for line in summary_lines(of) if line.startswith(name)]
+    return line
+
+
 def test_summary_counts_cones_of_every_kind() -> None:
-    assert "program        14,844 variables, 14,832 cones" in summary_lines(report())
+    assert "14,000 edge_cap, 832 pin; active 7 edge_cap, 832 pin" in line_of("cones", report())
 
 
-def test_summary_explains_a_run_without_iterations() -> None:
-    assert any("every warm start" in line for line in summary_lines(report(iterations=0)))
-    assert not any("every warm start" in line for line in summary_lines(report(iterations=75)))
+def test_summary_says_what_solved_the_rounds() -> None:
+    line = line_of("rounds", report())
+    assert "3 with the setting 'unfolding': 2 by relaxation, 1 by multipliers" in line
+
+
+def test_summary_says_what_was_proved() -> None:
+    failing = report()
+    failing["certificate"]["holds"] = False
+
+    assert "holds: residuals primal 0.0e+00, dual 1.0e-07" in line_of("certificate", report())
+    assert "does not hold" in line_of("certificate", failing)
+
+
+def test_summary_says_what_scs_thinks_of_it() -> None:
+    unsure, unasked = report(), report()
+    unsure["solver"]["confirmed"] = False
+    unasked["solver"]["rounds"][-1]["info"] = None
+
+    assert "confirms the last round in 0.15 s: solved, 0 iterations" in line_of("SCS", report())
+    assert "does not confirm" in line_of("SCS", unsure)
+    assert "was not asked" in line_of("SCS", unasked)
+
+
+def test_summary_of_a_kept_input_has_no_certificate() -> None:
+    kept = report("unchanged") | {"certificate": None}
+    assert "none: the input was kept" in line_of("certificate", kept)
 
 
 @pytest.mark.parametrize(
@@ -70,5 +114,4 @@ def test_summary_explains_a_run_without_iterations() -> None:
     ],
 )
 def test_every_outcome_is_put_into_words(outcome: str, words: str) -> None:
-    (line,) = [line for line in summary_lines(report(outcome)) if line.startswith("outcome")]
-    assert words in line
+    assert words in line_of("outcome", report(outcome))
