@@ -57,6 +57,7 @@ def test_refine_writes_the_mesh_and_its_report(directory: Path) -> None:
     report = json.loads((directory / "out.json").read_text())
     assert (finished.returncode, finished.stdout, finished.stderr) == (0, "", "")
     assert (directory / "out.obj").read_bytes().startswith(b"v ")
+    assert (directory / "out.certificate.npz").read_bytes().startswith(b"PK")
     assert report["outcome"] == "improved"
 
 
@@ -126,6 +127,55 @@ def test_what_cannot_be_refined_is_told_in_one_line_and_leaves_nothing_behind(
 
     assert_refused(meshcone(directory, "refine", *arguments), said)
     assert sorted(directory.iterdir()) == before
+
+
+@pytest.fixture
+def refined(directory: Path) -> Path:
+    """The directory, with a refinement of the pair, its report and its certificate."""
+    arguments = ("refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json")
+    assert meshcone(directory, *arguments, "--set", "effort=fast").returncode == 0
+    return directory
+
+
+FILES = ("--source", "rough.obj", "--reference", "ball.obj", "--refined", "out.obj")
+
+
+def test_verify_says_of_each_check_that_it_holds(refined: Path) -> None:
+    finished = meshcone(refined, "verify", "out.json", *FILES)
+
+    lines = finished.stdout.splitlines()
+    assert (finished.returncode, finished.stderr) == (0, "")
+    assert all(line.startswith("ok ") for line in lines)
+    assert any("dual residual" in line for line in lines)
+
+
+def test_verify_finds_a_certificate_elsewhere(refined: Path) -> None:
+    (refined / "out.certificate.npz").rename(refined / "proof.npz")
+
+    missing = meshcone(refined, "verify", "out.json", *FILES)
+    found = meshcone(refined, "verify", "out.json", *FILES, "--certificate", "proof.npz")
+
+    assert_refused(missing, "out.certificate.npz: cannot be read")
+    assert found.returncode == 0
+
+
+def test_verify_fails_where_a_vertex_is_elsewhere(refined: Path) -> None:
+    first, *rest = (refined / "out.obj").read_text().splitlines()
+    x, y, z = map(float, first.split()[1:])
+    (refined / "out.obj").write_text("\n".join([f"v {x + 2e-3} {y} {z}", *rest]) + "\n")
+
+    finished = meshcone(refined, "verify", "out.json", *FILES)
+
+    failed = [line.split()[1] for line in finished.stdout.splitlines() if "FAILED" in line]
+    assert (finished.returncode, finished.stderr) == (1, "")
+    assert failed == ["refined", "written", "report"]
+
+
+@pytest.mark.parametrize("name", ["out.json", "out.certificate.npz", "rough.obj", "ball.obj"])
+def test_verify_refuses_what_it_cannot_read(refined: Path, name: str) -> None:
+    (refined / name).write_bytes(b"Dear diary,\n")
+
+    assert_refused(meshcone(refined, "verify", "out.json", *FILES), name)
 
 
 def test_an_existing_file_survives_a_refusal(directory: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
+from meshcone.verify import read_report, verify
 from service.client import Client, ServiceError
 from service.schemas import Job
 from service.stack import Stack
@@ -81,7 +82,8 @@ def test_a_gltf_is_refined_with_the_buffer_sent_along(client: Client, ball: Mesh
 
 
 def test_options_reach_the_solver(client: Client, rough_ball: MeshFile, ball: MeshFile) -> None:
-    job = client.wait(client.submit(rough_ball, ball, {"surface": {"fairness": [1.0, 0.5]}}).id)
+    options = {"effort": "fast", "surface": {"fairness": [1.0, 0.5]}}
+    job = client.wait(client.submit(rough_ball, ball, options).id)
 
     assert job.options["surface"]["fairness"] == [1.0, 0.5]
     assert len(client.diagnostics(job.id)["rounds"]) == 2
@@ -133,9 +135,44 @@ def test_diagnostics_come_as_json_or_as_a_table(http: httpx2.Client, finished: J
     negotiated = http.get(path, headers={"Accept": "text/csv"})
 
     rows = list(csv.DictReader(io.StringIO(table.text)))
-    assert {int(row["round"]) for row in rows} == {each["round"] for each in document["rounds"]}
+    asked = {each["round"] for each in document["rounds"] if each["info"]}
+    assert {int(row["round"]) for row in rows} == asked
+    assert max(asked) == len(document["rounds"])
     assert table.headers["content-type"].startswith("text/csv")
     assert negotiated.text == table.text
+
+
+def test_the_certificate_proves_what_was_downloaded(
+    client: Client, finished: Job, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    verification = verify(
+        read_report(json.dumps(client.report(finished.id)).encode(), "report.json"),
+        MeshFile("certificate.npz", client.certificate(finished.id)),
+        rough_ball,
+        ball,
+        MeshFile("refined.obj", client.mesh(finished.id)),
+    )
+
+    assert [check for check in verification.checks if not check.ok] == []
+    assert finished.links.certificate == f"/v1/jobs/{finished.id}/certificate"
+
+
+def test_the_certificate_downloads_as_the_archive_it_is(http: httpx2.Client, finished: Job) -> None:
+    answer = http.get(f"/v1/jobs/{finished.id}/certificate")
+
+    assert answer.headers["content-type"] == "application/zip"
+    assert 'filename="rough.report.certificate.npz"' in answer.headers["content-disposition"]
+
+
+def test_a_kept_input_has_no_certificate(client: Client, ball: MeshFile) -> None:
+    job = client.wait(client.submit(ball, ball).id)
+
+    with pytest.raises(ServiceError, match="has no certificate") as refusal:
+        client.certificate(job.id)
+
+    assert client.mesh(job.id) == ball.data
+    assert job.links.certificate is None
+    assert refusal.value.problem.status == 404
 
 
 def test_the_list_shows_the_newest_first(client: Client, finished: Job) -> None:
