@@ -131,7 +131,9 @@ class PinOptions(_Section):
 class ConeOptions(_Section):
     """Constraints every answer of the surface program must satisfy."""
 
-    edge_cap: EdgeCapOptions | None = None
+    edge_cap: EdgeCapOptions | None = Field(
+        None, description="a further cap on edge lengths; the tighter one holds for each edge"
+    )
     max_displacement: Length | None = Field(None, description="how far any vertex may move")
     tolerance_band: Length | None = Field(
         None, description="distance of every vertex from the plane at its closest reference point"
@@ -151,7 +153,9 @@ class SolverOptions(_Section):
     certify_limit: int = Field(
         200_000, ge=0, description="vertices above which SCS is not asked to confirm"
     )
-    tolerance: Positive = Field(1e-5, description="absolute and relative tolerance of SCS")
+    tolerance: Positive = Field(
+        1e-5, description="what no residual of the certificate may exceed; also SCS's tolerance"
+    )
     max_iterations: int = Field(1000, ge=1, le=1_000_000, description="iterations per solve")
     linear_solver: Literal["auto", "qdldl", "mkl", "cpu_indirect"] = Field(
         "auto", description="linear system solver inside SCS"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from pydantic import BaseModel
@@ -19,11 +20,20 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 def option_rows(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
     for name, field in model.model_fields.items():
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            yield from option_rows(field.annotation, f"{prefix}{name}.")
-        else:
-            default = json.dumps(field.default)
-            yield f"| `{prefix}{name}` | `{default}` | {field.description} |"
+        section = section_of(field.annotation)
+        if section is None or field.default is None:
+            default = "–" if field.default is None else f"`{json.dumps(field.default)}`"  # noqa: RUF001
+            yield f"| `{prefix}{name}` | {default} | {field.description} |"
+        if section is not None:
+            yield from option_rows(section, f"{prefix}{name}.")
+
+
+def section_of(annotation: object) -> type[BaseModel] | None:
+    """The model an option is, or can be."""
+    for kind in (annotation, *get_args(annotation)):
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            return kind
+    return None
 
 
 def setting_rows(model: type[BaseModel], prefix: str) -> Iterator[str]:
