@@ -11,6 +11,7 @@ import numpy as np
 
 from meshcone.certificate_file import CertificateDocument, CertificateFile
 from meshcone.certify import certify
+from meshcone.conflict_words import in_words
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.options import Options
@@ -18,6 +19,7 @@ from meshcone.outcome import decide_outcome
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.diagnostics import SolverReport
+from meshcone.program.infeasibility import ContradictionError
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.report import Displacement, OutputRecord, Report, Timings
 from meshcone.scoring import Scorer
@@ -76,7 +78,10 @@ def refine(
         problem = formulate(pair, options)
     tracker.enter("solve")
     with watch.stage("solve"):
-        solved = solve(problem, tracker.round_done)
+        try:
+            solved = solve(problem, tracker.round_done)
+        except ContradictionError as error:
+            raise in_words(error, pair) from None
     tracker.enter("write")
     with watch.stage("write"):
         written = _write(pair, solved, options)

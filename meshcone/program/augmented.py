@@ -35,6 +35,7 @@ _INNER_TOLERANCE_FACTOR = 0.1
 _FORCING = 0.1  # CG stops at this share of the gradient: early steps need no better
 _SUFFICIENT_DECREASE = 1e-4
 _SHORTEST_STEP = 1e-4
+_STALL_WINDOW = 4
 
 
 @dataclass(frozen=True)
@@ -71,16 +72,26 @@ def solve_by_multipliers(
     ceiling = _LARGEST_PENALTY * penalty
     primal = np.inf
     newton_steps = 0
+    residuals: list[float] = []
     inner_tolerance = _LOOSEST_INNER_TOLERANCE
     for outer in range(1, _OUTER_LIMIT + 1):
         newton_steps += state.minimise(penalty, max(inner_tolerance, 0.3 * tolerance))
         inner_tolerance *= _INNER_TOLERANCE_FACTOR
         previous, primal = primal, state.step_multipliers(penalty)
+        residuals.append(primal)
         if primal <= tolerance and state.dual_residual() <= tolerance:
             return DualRun(state.solution(), True, outer, newton_steps)
+        if _stalled(residuals):
+            return DualRun(state.solution(), False, outer, newton_steps)
         if primal > 0.25 * previous:
             penalty = min(penalty * _PENALTY_GROWTH, ceiling)
     return DualRun(state.solution(), False, _OUTER_LIMIT, newton_steps)
+
+
+def _stalled(residuals: list[float]) -> bool:
+    """Tell a contradiction from slow progress: violations that no penalty reduces."""
+    recent = residuals[-_STALL_WINDOW:]
+    return len(residuals) > 2 * _STALL_WINDOW and min(recent) > 0.9 * max(recent)
 
 
 class _State:

@@ -25,8 +25,10 @@ _FIRST_ROUND_OPPOSITION = -0.5
 # Samples within this distance of the source pull at it whatever its median distance is.
 _REACH_FLOOR = 0.02
 _FAIRNESS_FLOOR = 1e-4
-_SAMPLES_PER_VERTEX = 2
+# Samples of the reference: about as many again as the source has vertices while that is
+# cheap, and fewer for dense meshes, whose edges are shorter than what is left to find.
 _FEWEST_SAMPLES = 2000
+_DENSE_FROM = 20_000
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,14 @@ class PreparedReference:
 
     @staticmethod
     def of(reference: Mesh, source_vertices: int, seed: int) -> PreparedReference:
-        """Sample the reference about twice as densely as the source has vertices.
+        """Sample the reference up to twice as densely as the source has vertices.
 
         Its own vertices are among the samples: they are where corners are.
         """
-        count = max(_SAMPLES_PER_VERTEX * source_vertices, _FEWEST_SAMPLES)
+        count = min(2 * source_vertices, _DENSE_FROM + source_vertices // 2)
+        count = max(count, _FEWEST_SAMPLES)
         samples = sample_surface(reference, count, seed)
-        chosen = np.unique(reference.faces)
+        chosen = reference.used_vertices
         if len(chosen) > count:
             chosen = np.random.default_rng(seed).choice(chosen, count, replace=False)
         return PreparedReference(

@@ -15,6 +15,7 @@ from meshcone.program.cones import ConeFamily
 from meshcone.program.confirm import confirm_optimum
 from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.effort import Candidate, candidates
+from meshcone.program.feasibility import require_feasible
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
@@ -74,6 +75,8 @@ class SurfaceRefiner:
         for index in range(problem.rounds):
             started = time.perf_counter()
             objective, families = problem.program(index, before)
+            if index == 0:
+                require_feasible(families, before, self._options.solver)
             last = index == problem.rounds - 1
             reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
             solution = self._solve(objective, families, before, reduction)

@@ -18,6 +18,7 @@ from meshcone.errors import InfeasibleError, InternalError, SolveTimeoutError
 from meshcone.options import SolverOptions
 from meshcone.program.conic import ConicProgram
 from meshcone.program.diagnostics import SolveRecord
+from meshcone.program.infeasibility import ContradictionError, read_conflicts
 from meshcone.surface.arrays import Floats
 
 # What SCS logs per iteration in more than forty columns; these are the ones that say
@@ -28,6 +29,8 @@ _HISTORY_COLUMNS = ("iter", "res_pri", "res_dual", "gap", "pobj", "dobj", "scale
 # SCS's test is of each row, relative to the largest; the certificate's is of whole cones of
 # four rows, and absolute.
 _CERTIFIED_SHARE = 0.2
+
+INFEASIBLE_STATUSES = (scs.INFEASIBLE, scs.INFEASIBLE_INACCURATE)
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,11 @@ def certifiable(options: SolverOptions) -> SolverOptions:
 
 
 def solve(
-    program: ConicProgram, options: SolverOptions, warm_start: PrimalDual | None = None
+    program: ConicProgram,
+    options: SolverOptions,
+    warm_start: PrimalDual | None = None,
+    *,
+    infeasibility_tolerance: float = 1e-7,
 ) -> ScsRun:
     """Solve a program with SCS.
 
@@ -71,9 +78,11 @@ def solve(
         program: at least one cone.
         options: tolerance, limits and the linear solver.
         warm_start: where to start from; all of x, y and s must match the program.
+        infeasibility_tolerance: largest ‖Aᵀy‖∞ of a certificate of infeasibility with
+            bᵀy = −1; the default is the paper's.
 
     Raises:
-        InfeasibleError: the constraints contradict each other.
+        ContradictionError: the constraints contradict each other; it says which.
         SolveTimeoutError: the time limit passed before the tolerance was met.
         InternalError: SCS could not work on the program at all.
     """
@@ -81,9 +90,11 @@ def solve(
         log = Path(directory) / "iterations.csv"
         # SCS announces its log file on sys.stdout whatever `verbose` says.
         with contextlib.redirect_stdout(io.StringIO()):
-            result = _run(program, options, warm_start, log)
+            result = _run(program, options, warm_start, log, infeasibility_tolerance)
         history = read_history(log)
     info = result["info"]
+    if info["status_val"] in INFEASIBLE_STATUSES:
+        raise ContradictionError(read_conflicts(program, np.asarray(result["y"])))
     check_status(info, options)
     return ScsRun(
         solution=PrimalDual(np.asarray(result["x"]), np.asarray(result["y"]), result["s"]),
@@ -115,7 +126,11 @@ def record_of(info: dict[str, Any], constant: float) -> SolveRecord:
 
 
 def _run(
-    program: ConicProgram, options: SolverOptions, warm_start: PrimalDual | None, log: Path
+    program: ConicProgram,
+    options: SolverOptions,
+    warm_start: PrimalDual | None,
+    log: Path,
+    infeasibility_tolerance: float,
 ) -> dict[str, Any]:
     solver = scs.SCS(
         {"P": program.P, "A": program.A, "b": program.b, "c": program.c},
@@ -123,6 +138,7 @@ def _run(
         linear_solver=scs.LinearSolver(options.linear_solver),
         eps_abs=options.tolerance,
         eps_rel=options.tolerance,
+        eps_infeas=infeasibility_tolerance,
         max_iters=options.max_iterations,
         time_limit_secs=options.time_limit,
         log_csv_filename=str(log),
@@ -142,7 +158,7 @@ def check_status(info: dict[str, Any], options: SolverOptions) -> None:
         InternalError: any other failure.
     """
     status = info["status_val"]
-    if status in (scs.INFEASIBLE, scs.INFEASIBLE_INACCURATE):
+    if status in INFEASIBLE_STATUSES:
         raise InfeasibleError("the requested constraints contradict each other")
     if status == scs.SOLVED_INACCURATE and "time_limit" in str(info["status"]):
         raise SolveTimeoutError(f"the solver did not finish within {options.time_limit:g} s")

@@ -33,4 +33,4 @@ def _components(mesh: Mesh) -> int:
     edges, count = mesh.edges, len(mesh.vertices)
     graph = sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), (count, count))
     _, labels = connected_components(graph, directed=False)
-    return len(np.unique(labels[np.unique(mesh.faces)]))
+    return len(np.unique(labels[mesh.used_vertices]))

@@ -33,7 +33,7 @@ class Frame:
         Raises:
             InputError: the reference has no extent.
         """
-        used = reference.vertices[np.unique(reference.faces)]
+        used = reference.vertices[reference.used_vertices]
         centre = (used.min(axis=0) + used.max(axis=0)) / 2
         radius = float(np.linalg.norm(used - centre, axis=1).max())
         if not radius > 0:

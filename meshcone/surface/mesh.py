@@ -34,6 +34,12 @@ class Mesh:
         return moved
 
     @cached_property
+    def used_vertices(self) -> Ints:
+        """Vertices that some face uses, ascending, (u,)."""
+        uses = np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        return np.flatnonzero(uses).astype(np.int64)
+
+    @cached_property
     def edges(self) -> Ints:
         """Undirected edges (e, 2), each once, smaller index first, in lexicographic order."""
         ends = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
