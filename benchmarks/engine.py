@@ -74,6 +74,8 @@ def run_comparison(arguments: argparse.Namespace) -> tuple[list[Row], dict[str, 
             else:
                 broken[" ".join(pair)] = repr(error)
             print(f"{done}/{len(pairs)} {' '.join(pair)}", file=sys.stderr, flush=True)
+            # A run takes long: what is done is kept, should it not reach its end.
+            _write(arguments.json, {"rows": [as_record(row) for p in rows for row in rows[p]]})
     return [row for pair in pairs for row in rows.get(pair, [])], broken
 
 

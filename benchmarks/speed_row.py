@@ -25,7 +25,6 @@ from reference_shapes import bumpy_torus, framed
 from meshcone.options import Options, parse_options
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.conic import assemble, everything
-from meshcone.program.relaxation import TIGHT
 from meshcone.program.round_solver import solve_round
 from meshcone.program.rounds import refine_surface
 from meshcone.program.surface_objective import SurfaceObjective
@@ -146,11 +145,7 @@ def prepare(case: Case, pair: Pair, cap: float | None) -> Callable[[], Floats]:
     objective, families, start = final.objective, final.families, final.before
     assert isinstance(objective, SurfaceObjective)
     if case.method == PROGRAM:
-        return lambda: (
-            solve_round(
-                objective, families, start, options.solver, relaxation_tolerance=TIGHT
-            ).positions
-        )
+        return lambda: solve_round(objective, families, start, options.solver).positions
     solve = CONIC_PEERS[case.method]
     return lambda: solve(assemble(objective, everything(families))).reshape(-1, 3)
 
