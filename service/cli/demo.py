@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -83,7 +84,17 @@ def _files(source: MeshFile, reference: MeshFile, result: DemoResult) -> dict[st
 def _verify_command(out: Path) -> str:
     files = {"source": _SOURCE, "reference": _REFERENCE, "refined": _REFINED}
     named = [f"--{name} {shlex.quote(str(out / file))}" for name, file in files.items()]
-    return " ".join(["meshcone verify", shlex.quote(str(out / _REPORT)), *named])
+    return " ".join([*_this_program(), "verify", shlex.quote(str(out / _REPORT)), *named])
+
+
+def _this_program() -> list[str]:
+    """What a shell knows this program by; `make demo` leaves its scripts off the PATH."""
+    if shutil.which("meshcone"):
+        return ["meshcone"]
+    called = Path(sys.argv[0])
+    if called.name == "meshcone":
+        return [shlex.quote(str(called))]
+    return [shlex.quote(sys.executable), "-m", "service.cli"]
 
 
 def _make_directory(path: Path) -> None:
