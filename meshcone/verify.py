@@ -156,8 +156,8 @@ def _rebuild(
 def _identity(name: str, file: MeshFile, in_report: str, in_certificate: str) -> Check:
     found = hashlib.sha256(file.data).hexdigest()
     ok = found == in_report == in_certificate
-    words = f"{file.name} is the file report and certificate name"
-    return Check(name, ok, words if ok else words.replace(" is ", " is not ", 1))
+    hash_of = "the hash" if ok else "another hash than"
+    return Check(name, ok, f"{file.name} has {hash_of} report and certificate state")
 
 
 def _same(name: str, ok: bool) -> Check:
