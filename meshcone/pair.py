@@ -9,6 +9,7 @@ import numpy as np
 
 from meshcone.assets import Asset, read_asset
 from meshcone.assets.base import NormalsPolicy
+from meshcone.data_checks import data_warnings
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.quality.validity import inspect
@@ -49,12 +50,13 @@ class Pair:
         return FrameRecord(centre=(x, y, z), radius=self.frame.radius)
 
     def warnings(self) -> list[str]:
-        """Collect what the readers had to say."""
-        return [
+        """Collect what the readers had to say, and what the pair suggests may be wrong with it."""
+        told = [
             f"{asset.name}: {warning}"
             for asset in (self.source_asset, self.reference_asset)
             for warning in asset.warnings
         ]
+        return told + data_warnings(self.source, self.reference)
 
     def patched(self, positions: Floats, normals: NormalsPolicy) -> bytes:
         """Write the source file with its vertices at (n, 3) positions in the frame.
