@@ -13,7 +13,7 @@ import numpy as np
 from meshcone.quality.records import Validity
 from meshcone.quality.validity import inspect
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
-from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.arrays import Floats, Ints, row_dot
 
 _SAMPLES = 5000
 _SEED = 0
@@ -83,7 +83,7 @@ def _placement(source: Mesh, reference: Mesh) -> Iterator[str]:
 
 
 def _fit(source: Mesh, reference: Mesh) -> list[str]:
-    used = np.unique(source.faces)
+    used = _used(source)
     chosen = used[:: -(-len(used) // _SAMPLES)]
     closest = SurfaceTree(reference).closest(source.vertices[chosen])
     samples = sample_surface(reference, _SAMPLES, _SEED)
@@ -113,7 +113,7 @@ def _fit(source: Mesh, reference: Mesh) -> list[str]:
 
 
 def _defects(name: str, mesh: Mesh, validity: Validity) -> Iterator[str]:
-    isolated = len(mesh.vertices) - len(np.unique(mesh.faces))
+    isolated = len(mesh.vertices) - len(_used(mesh))
     turned = _turned_edges(mesh)
     if validity.non_manifold_edges:
         yield (
@@ -157,8 +157,13 @@ def _pieces(pieces: int, reference_pieces: int) -> Iterator[str]:
 
 
 def _box(mesh: Mesh) -> tuple[Floats, Floats]:
-    used = mesh.vertices[np.unique(mesh.faces)]
+    used = mesh.vertices[_used(mesh)]
     return used.min(axis=0), used.max(axis=0)
+
+
+def _used(mesh: Mesh) -> Ints:
+    """Return the vertices some face uses, ascending."""
+    return np.flatnonzero(np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)))
 
 
 def _percent(share: float) -> str:
