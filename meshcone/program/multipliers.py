@@ -33,12 +33,15 @@ class Multipliers:
 
 
 def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats:
-    """Write multipliers as the program's y (m,); cones without one get zero."""
-    by_family = {id(entry.family): entry for entry in multipliers}
+    """Write multipliers as the program's y (m,); cones without one get zero.
+
+    Kinds are matched by name, so that a round can start from the one before.
+    """
+    by_kind = {entry.family.kind: entry for entry in multipliers}
     parts: list[Floats] = []
     for selection in program.selections:
         part = np.zeros((len(selection.which), selection.family.dimension))
-        entry = by_family.get(id(selection.family))
+        entry = by_kind.get(selection.family.kind)
         if entry is not None:
             shared = np.isin(selection.which, entry.which)
             part[shared] = entry.values[np.isin(entry.which, selection.which)]

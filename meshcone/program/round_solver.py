@@ -26,6 +26,8 @@ from meshcone.surface.arrays import Floats, Ints
 Method = Literal["relaxation", "multipliers", "scs"]
 
 _PASS_LIMIT = 20
+# Tolerance of the dual method in units of SCS's, in the last round and in those before.
+_TIGHT, _LOOSE = 1e-2, 10.0
 # A cone exceeded by less than this share of the radius counts as satisfied.
 FEASIBILITY = 1e-7
 # Cones this close to their bound join the first selection: they are next to be violated.
@@ -60,6 +62,7 @@ def solve_round(
     options: SolverOptions,
     *,
     reduction: float = 0.0,
+    known: Sequence[Multipliers] = (),
 ) -> RoundSolution:
     """Solve a round's program to optimality.
 
@@ -69,6 +72,8 @@ def solve_round(
         start: (n, 3) first guess.
         options: method, tolerance and limits.
         reduction: how far CG need reduce the gradient of the relaxation; 0 for all the way.
+            A round of which that is enough is also solved less tightly over its cones.
+        known: multipliers of the round before: most of its active cones will be again.
 
     Raises:
         InfeasibleError: the constraints contradict each other.
@@ -82,29 +87,35 @@ def solve_round(
         return _by_scs(program, run, passes=1)
     if not any(_exceeded(family, relaxed) for family in families):
         return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0, None, None)
-    chosen = [_violated(family, relaxed, _NEARLY_TIGHT) for family in families]
-    return _solve_active(objective, families, chosen, relaxed, options)
+    tolerance = (_TIGHT if reduction == 0 else _LOOSE) * options.tolerance
+    return _solve_active(objective, families, relaxed, options, tuple(known), tolerance)
 
 
 def _solve_active(
     objective: PreconditionedObjective,
     families: Sequence[ConeFamily],
-    chosen: list[Ints],
     x: Floats,
     options: SolverOptions,
+    known: tuple[Multipliers, ...],
+    tolerance: float,
 ) -> RoundSolution:
-    known: tuple[Multipliers, ...] = ()
+    active = {entry.family.kind: entry.which for entry in known}
+    nowhere = np.empty(0, dtype=np.int64)
+    chosen = [
+        np.union1d(_violated(family, x, _NEARLY_TIGHT), active.get(family.kind, nowhere))
+        for family in families
+    ]
     for passes in range(1, _PASS_LIMIT + 1):
         pairs = zip(families, chosen, strict=True)
         program = assemble(objective, [Selection(family, which) for family, which in pairs])
         start = flatten(known, program)
-        dual = solve_by_multipliers(program, x, start, 1e-2 * options.tolerance)
+        dual = solve_by_multipliers(program, x, start, tolerance)
         if dual.converged:
             solution = _by_multipliers(program, dual.solution, passes)
         else:
             solution = _by_scs(program, solve(program, certifiable(options), dual.solution), passes)
         x, known = solution.positions.ravel(), solution.multipliers
-        fresh = [_violated(family, x, 0.0) for family in families]
+        fresh = [_violated(family, x, -10 * tolerance) for family in families]
         grown = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
         if all(len(new) == len(old) for new, old in zip(grown, chosen, strict=True)):
             return solution

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from meshcone.program.confirm import confirm_optimum
 from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.effort import Candidate, candidates
 from meshcone.program.feasibility import require_feasible
+from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
@@ -72,6 +73,7 @@ class SurfaceRefiner:
     def _run_one(self, candidate: Candidate, count: _Countdown, *, scored: bool) -> _CandidateRun:
         problem = self._problems.problem(candidate)
         before, records = self._source.vertices, []
+        known: Sequence[Multipliers] = ()
         for index in range(problem.rounds):
             started = time.perf_counter()
             objective, families = problem.program(index, before)
@@ -79,9 +81,9 @@ class SurfaceRefiner:
                 require_feasible(families, before, self._options.solver)
             last = index == problem.rounds - 1
             reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
-            solution = self._solve(objective, families, before, reduction)
+            solution = self._solve(objective, families, before, reduction, known)
             if not last and float(np.abs(solution.positions - before).max()) < _STANDSTILL:
-                last, solution = True, self._solve(objective, families, before, 0.0)
+                last, solution = True, self._solve(objective, families, before, 0.0, known)
             elapsed = time.perf_counter() - started
             records.append(record_round(index, solution, families, before, elapsed))
             count.advance(problem.rounds - index if last else 1)
@@ -91,7 +93,7 @@ class SurfaceRefiner:
                 )
                 score = self._score(solution.positions) if scored else 0.0
                 return _CandidateRun(candidate, final, solution, records, score)
-            before = solution.positions
+            before, known = solution.positions, solution.multipliers
         raise InternalError("the schedule has no rounds")
 
     def _solve(
@@ -100,8 +102,10 @@ class SurfaceRefiner:
         families: list[ConeFamily],
         before: Floats,
         reduction: float,
+        known: Sequence[Multipliers],
     ) -> RoundSolution:
-        return solve_round(objective, families, before, self._options.solver, reduction=reduction)
+        options = self._options.solver
+        return solve_round(objective, families, before, options, reduction=reduction, known=known)
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""
