@@ -22,6 +22,7 @@ from meshcone.errors import InputError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
+from meshcone.report import Matrix
 from meshcone.surface.arrays import Floats, Ints
 
 _LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
@@ -49,6 +50,9 @@ class CertificateDocument(BaseModel):
     refined_sha256: str
     candidate: str = Field(description="name of the settings that were kept")
     round_index: int = Field(ge=0, description="the last round, counted from 0")
+    alignment: Matrix | None = Field(
+        description="(4, 4) similarity by which the source was brought to the reference first"
+    )
     options: Options
 
 

@@ -21,6 +21,9 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
     watch = Stopwatch()
     with watch.stage("read"):
         pair = read_pair(source, reference)
+    with watch.stage("align"):
+        if options.align != "none":
+            pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
         scorer = Scorer(pair.reference, options)
         quality = scorer.quality(scorer.score(pair.source), None)
@@ -28,9 +31,13 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
         version=version("meshcone"),
         inputs=pair.inputs(),
         frame=pair.frame_record(),
+        alignment=pair.alignment_record(),
         quality=quality,
         warnings=pair.warnings(),
         timings=Timings(
-            read=watch.seconds["read"], quality=watch.seconds["quality"], total=watch.total
+            read=watch.seconds["read"],
+            align=watch.seconds["align"],
+            quality=watch.seconds["quality"],
+            total=watch.total,
         ),
     )

@@ -181,6 +181,11 @@ class Options(_Section):
         description="fast: the surface program once, as set; best: several settings of it, "
         "of which the one closest to the reference is kept",
     )
+    align: Literal["none", "rigid", "similarity"] = Field(
+        "none",
+        description="how the source is brought to the reference first; the refined file "
+        "stays where the source was",
+    )
     normals: Literal["recompute", "keep"] = Field(
         "recompute", description="what happens to stored normals where positions moved"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from meshcone.data_checks import data_warnings
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.quality.validity import inspect
-from meshcone.report import FrameRecord, InputRecord, Inputs
+from meshcone.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
 from meshcone.surface import Frame, Mesh
+from meshcone.surface.alignment import Alignment, AlignmentMode, align
 from meshcone.surface.arrays import Floats
+from meshcone.surface.similarity import invert, transform_points
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class Pair:
         source_asset, reference_asset: as read.
         source, reference: their welded surfaces in the frame.
         frame: the similarity into the reference's unit sphere.
+        alignment: how the source was brought to the reference first, if it was; the file
+            that is written stays where the source was.
     """
 
     source_file: MeshFile
@@ -36,6 +40,34 @@ class Pair:
     source: Mesh
     reference: Mesh
     frame: Frame
+    alignment: Alignment | None = None
+
+    def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
+        """Bring the source to the reference, rigidly or by a similarity."""
+        here, there = (
+            mesh.moved_to(self.frame.out_of(mesh.vertices))
+            for mesh in (self.source, self.reference)
+        )
+        return self.placed(align(here, there, mode, seed))
+
+    def placed(self, alignment: Alignment) -> Pair:
+        """Move the source by an alignment that is known."""
+        moved = transform_points(alignment.matrix, self.source_asset.vertices)
+        source = Mesh(self.frame.into(moved), self.source.faces)
+        return replace(self, source=source, alignment=alignment)
+
+    def alignment_record(self) -> AlignmentRecord | None:
+        """Describe the alignment for a report."""
+        found = self.alignment
+        if found is None:
+            return None
+        return AlignmentRecord(
+            matrix=found.matrix.tolist(),
+            method=found.method,
+            before=found.before,
+            after=found.after,
+            note=found.note,
+        )
 
     def inputs(self) -> Inputs:
         """Describe both files for a report."""
@@ -64,7 +96,10 @@ class Pair:
         Raises:
             InputError: the format, or something in this file, cannot be written back.
         """
-        return self.source_asset.patched(self.frame.out_of(positions), normals=normals)
+        model = self.frame.out_of(positions)
+        if self.alignment is not None:
+            model = transform_points(invert(self.alignment.matrix), model)
+        return self.source_asset.patched(model, normals=normals)
 
     def read_patched(self, data: bytes) -> Asset:
         """Read a patched copy of the source file.
@@ -84,6 +119,8 @@ class Pair:
         used = weld >= 0
         positions = np.empty_like(self.source_asset.vertices)
         positions[weld[used]] = written.positions[used]
+        if self.alignment is not None:
+            positions = transform_points(self.alignment.matrix, positions)
         return self.frame.into(positions)
 
 

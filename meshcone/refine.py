@@ -75,9 +75,12 @@ def refine(
     with watch.stage("read"):
         pair = read_pair(source, reference)
         pair.source_asset.ensure_writable(options.normals)
-        problem = formulate(pair, options)
+    with watch.stage("align"):
+        if options.align != "none":
+            pair = pair.aligned(options.align, options.seed)
     tracker.enter("solve")
     with watch.stage("solve"):
+        problem = formulate(pair, options)
         try:
             solved = solve(problem, tracker.round_done)
         except ContradictionError as error:
@@ -141,6 +144,7 @@ def _report(
         ),
         inputs=pair.inputs(),
         frame=pair.frame_record(),
+        alignment=pair.alignment_record(),
         options=options,
         quality=scorer.quality(before, after),
         output=written.record,
@@ -164,6 +168,7 @@ def _certificate(
         refined_sha256=written.record.sha256,
         candidate=solved.candidate,
         round_index=solved.final.round_index,
+        alignment=None if pair.alignment is None else pair.alignment.matrix.tolist(),
         options=options,
     )
     return CertificateFile.of(solved.final, document).to_bytes()
@@ -201,7 +206,7 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[str
 
 
 def _timings(watch: Stopwatch) -> Timings:
-    stages = ("read", "solve", "quality", "write")
+    stages = ("read", "align", "solve", "quality", "write")
     return Timings(**{name: watch.seconds.get(name, 0.0) for name in stages}, total=watch.total)
 
 

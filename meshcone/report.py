@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
@@ -49,6 +49,26 @@ class FrameRecord(_Record):
     radius: float = Field(description="model units")
 
 
+Matrix = Annotated[
+    list[Annotated[list[FiniteFloat], Field(min_length=4, max_length=4)]],
+    Field(min_length=4, max_length=4),
+]
+
+
+class AlignmentRecord(_Record):
+    """How the source was brought to the reference before anything else.
+
+    Distances are root mean squares over samples of either surface to the other, in model
+    units. The refined file stays where the source was.
+    """
+
+    matrix: Matrix = Field(description="(4, 4) from source to reference, for column vectors")
+    method: Literal["none", "correspondence", "icp"]
+    before: float
+    after: float
+    note: str | None = Field(description="why nothing was moved, if nothing was")
+
+
 class Displacement(_Record):
     """How far the written vertices lie from the input's, relative to the radius."""
 
@@ -86,6 +106,7 @@ class Timings(_Record):
     """Wall-clock seconds of each stage."""
 
     read: float
+    align: float = 0.0
     solve: float = 0.0
     quality: float
     write: float = 0.0
@@ -99,6 +120,7 @@ class MeasureReport(_Record):
     version: str
     inputs: Inputs
     frame: FrameRecord
+    alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     quality: Quality
     warnings: list[str]
     timings: Timings
@@ -112,6 +134,7 @@ class Report(_Record):
     outcome: Outcome
     inputs: Inputs
     frame: FrameRecord
+    alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     options: Options
     quality: Quality
     output: OutputRecord

@@ -19,11 +19,14 @@ from meshcone.certify import certify
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
+from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
-from meshcone.report import CertificateRecord, Report
+from meshcone.report import CertificateRecord, Matrix, Report
 from meshcone.rewriting import Rewriting, compare_with_rewritten
+from meshcone.surface.alignment import Alignment
+from meshcone.surface.similarity import is_similarity
 
 # Whoever forges a certificate may also state a tolerance: this is the loosest believed.
 _LOOSEST_TOLERANCE = 1e-3
@@ -103,9 +106,31 @@ def verify(
         _identity("refined file", refined, report.output.sha256, document.refined_sha256),
         _same("version", report.version == document.version),
         _same("options", report.options == document.options),
+        _same("alignment", _stated_alignment(report) == document.alignment),
     ]
-    pair = read_pair(source, reference)
+    pair = _placed(read_pair(source, reference), report.options, document.alignment)
     return Verification((*checks, *_check_answer(report, stored, pair, refined)))
+
+
+def _stated_alignment(report: Report) -> Matrix | None:
+    return None if report.alignment is None else report.alignment.matrix
+
+
+def _placed(pair: Pair, options: Options, matrix: Matrix | None) -> Pair:
+    """Move the source as the certificate says; which motion is best is not checked.
+
+    Raises:
+        InputError: it says so without having been asked to, or by something that is not the
+            motion that was asked for.
+    """
+    if (matrix is None) != (options.align == "none"):
+        raise InputError("the certificate's alignment is not the one the options ask for")
+    if matrix is None:
+        return pair
+    found = np.array(matrix)
+    if not is_similarity(found, rigid=options.align == "rigid"):
+        raise InputError(f"the certificate's alignment is not {options.align}")
+    return pair.placed(Alignment(found, "none", before=0.0, after=0.0))
 
 
 def _check_answer(

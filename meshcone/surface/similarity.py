@@ -38,3 +38,14 @@ def similarity(rotation: Floats, scale: float, fixed: Floats, image: Floats) -> 
     matrix[:3, :3] = scale * rotation
     matrix[:3, 3] = image - matrix[:3, :3] @ fixed
     return matrix
+
+
+def is_similarity(matrix: Floats, *, rigid: bool) -> bool:
+    """Tell whether a (4, 4) matrix is a similarity without reflection; ``rigid``: of scale 1."""
+    linear = matrix[:3, :3]
+    determinant = float(np.linalg.det(linear))
+    if not np.array_equal(matrix[3], [0, 0, 0, 1]) or determinant <= 0:
+        return False
+    scale = determinant ** (1 / 3)
+    orthogonal = np.allclose(linear.T @ linear, scale**2 * np.eye(3), atol=1e-9 * scale**2)
+    return bool(orthogonal and (not rigid or abs(scale - 1) < 1e-9))

@@ -1,0 +1,106 @@
+"""Refining a source that does not lie where its reference does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from meshcone.assets import read_asset
+from meshcone.errors import InputError
+from meshcone.files import MeshFile
+from meshcone.measure import measure
+from meshcone.options import parse_options
+from meshcone.refine import Refinement, refine
+from meshcone.surface import Mesh
+from meshcone.verify import read_report, verify
+from tests.meshes import noisy, torus
+
+
+def lopsided(rings: int, sides: int) -> Mesh:
+    """A torus without symmetries."""
+    mesh = torus(rings, sides)
+    x, y, z = mesh.vertices.T
+    return mesh.moved_to(np.stack([x * (1 + 0.3 * y), y + 0.2 * x**2, z * (1 + 0.4 * x)], axis=1))
+
+
+def obj(mesh: Mesh) -> bytes:
+    lines = [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in mesh.vertices]
+    lines += ["f {} {} {}".format(*(face + 1)) for face in mesh.faces]
+    return ("\n".join(lines) + "\n").encode()
+
+
+TURN = Rotation.from_euler("xyz", [20, -35, 50], degrees=True).as_matrix()
+
+
+@pytest.fixture(scope="module")
+def source() -> MeshFile:
+    scanned = noisy(lopsided(40, 20), 0.02)
+    return MeshFile("scan.obj", obj(scanned.moved_to(25.4 * scanned.vertices @ TURN.T + 100)))
+
+
+@pytest.fixture(scope="module")
+def reference() -> MeshFile:
+    return MeshFile("cad.obj", obj(lopsided(53, 26)))
+
+
+@pytest.fixture(scope="module")
+def refinement(source: MeshFile, reference: MeshFile) -> Refinement:
+    return refine(source, reference, parse_options({"effort": "fast", "align": "similarity"}))
+
+
+def test_a_scan_in_other_units_and_another_place_is_refined(refinement: Refinement):
+    report = refinement.report
+
+    assert report.outcome == "improved"
+    assert report.alignment is not None
+    assert report.alignment.method == "icp"
+    refined = report.quality.refined
+    assert refined is not None
+    assert refined.point_to_surface.mean < 0.3 * report.quality.input.point_to_surface.mean
+
+
+def test_the_refined_file_stays_where_the_source_was(source: MeshFile, refinement: Refinement):
+    before = read_asset(source.name, source.data).vertices
+    after = read_asset(refinement.name, refinement.data).vertices
+
+    moved = np.linalg.norm(after - before, axis=1)
+    assert np.median(moved) < 0.05 * 25.4
+    np.testing.assert_allclose(after.mean(axis=0), before.mean(axis=0), atol=0.02 * 25.4)
+
+
+def test_the_reported_matrix_brings_the_refined_file_to_the_reference(
+    reference: MeshFile, refinement: Refinement
+):
+    assert refinement.report.alignment is not None
+    matrix = np.array(refinement.report.alignment.matrix)
+    refined = read_asset(refinement.name, refinement.data)
+    moved = refined.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    placed = MeshFile("placed.obj", obj(Mesh(moved, refined.faces)))
+
+    found = measure(placed, reference, parse_options({}))
+
+    stated = refinement.report.quality.refined
+    assert stated is not None
+    assert found.quality.input.point_to_surface.mean == pytest.approx(
+        stated.point_to_surface.mean, rel=1e-3
+    )
+
+
+def test_an_aligned_refinement_verifies(
+    source: MeshFile, reference: MeshFile, refinement: Refinement
+):
+    assert refinement.certificate is not None
+    report = read_report(refinement.report.model_dump_json().encode(), "report.json")
+    certificate = MeshFile("certificate.npz", refinement.certificate)
+
+    found = verify(
+        report, certificate, source, reference, MeshFile(refinement.name, refinement.data)
+    )
+
+    assert found.ok, found.checks
+
+
+def test_an_unknown_alignment_is_refused_by_name():
+    with pytest.raises(InputError, match="align"):
+        parse_options({"align": "affine"})
