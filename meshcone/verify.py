@@ -108,7 +108,11 @@ def verify(
         _same("options", report.options == document.options),
         _same("alignment", _stated_alignment(report) == document.alignment),
     ]
-    pair = _placed(read_pair(source, reference), report.options, document.alignment)
+    unplaced = read_pair(source, reference)
+    try:
+        pair = _placed(unplaced, report.options, document.alignment)
+    except InputError as error:
+        return Verification((*checks, Check("placed", False, str(error))))
     return Verification((*checks, *_check_answer(report, stored, pair, refined)))
 
 

@@ -115,6 +115,17 @@ def test_an_option_changed_everywhere_fails_the_mathematics(
     assert not changed.failed() & {*HASHES, "options"}
 
 
+@pytest.mark.parametrize("align", ["rigid", "similarity"])
+def test_an_alignment_nobody_asked_for_fails(capped: Evidence, align: str) -> None:
+    asked = capped.with_options(parse_options({**CAPPED, "align": align}))
+    shifted = np.eye(4)
+    shifted[0, 3] = 0.01
+    moved = capped.with_document(alignment=shifted.tolist())
+
+    assert "placed" in asked.failed()
+    assert "placed" in moved.failed()
+
+
 def test_another_round_fails(capped: Evidence) -> None:
     assert "stationary" in capped.with_document(round_index=2).failed()
 
