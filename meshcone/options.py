@@ -151,7 +151,7 @@ class SolverOptions(_Section):
     )
     certify: bool = Field(True, description="have SCS confirm the last round's optimum")
     certify_limit: int = Field(
-        200_000, ge=0, description="vertices above which SCS is not asked to confirm"
+        100_000, ge=0, description="vertices above which SCS is not asked to confirm"
     )
     tolerance: Positive = Field(
         1e-5, description="what no residual of the certificate may exceed; also SCS's tolerance"
