@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from meshcone.options import Options, SurfaceOptions
 
 _UNFOLDING = (30.0, 10.0)
-_FINISHING = (0.01,)
+_FINISHING = (0.01, 0.003)
 
 
 @dataclass(frozen=True)
