@@ -62,8 +62,9 @@ class SurfaceRefiner:
         """
         tried = candidates(self._options)
         count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
-        runs = [self._run_one(candidate, count, scored=len(tried) > 1) for candidate in tried]
-        best = min(runs, key=lambda run: run.score)
+        best = self._run_one(tried[0], count, scored=len(tried) > 1)
+        for candidate in tried[1:]:  # a program is large: never hold more than two
+            best = min(best, self._run_one(candidate, count, scored=True), key=lambda r: r.score)
         if len(tried) > 1 and best.score > self._score(self._source.vertices):
             return RefinedPositions(
                 self._source.vertices, best.records, None, best.candidate.name, kept_input=True
