@@ -56,7 +56,11 @@ class DualRun:
 
 
 def solve_by_multipliers(
-    program: ConicProgram, start: Floats, multipliers: Floats, tolerance: float
+    program: ConicProgram,
+    start: Floats,
+    multipliers: Floats,
+    tolerance: float,
+    newton_budget: int = 200,
 ) -> DualRun:
     """Solve a program from a first guess.
 
@@ -66,6 +70,8 @@ def solve_by_multipliers(
         multipliers: (m,) first y.
         tolerance: on the primal residual in the program's unit of length, and on the dual
             residual relative to the largest of ‖P x‖, ‖c‖, ‖Aᵀy‖, all in the ∞-norm.
+        newton_budget: linear systems to solve at most: a program on which the method is
+            slow, because most of a mesh's cones bind, is better left to another.
     """
     state = _State(program, start, multipliers)
     penalty = _FIRST_PENALTY * float(program.P.diagonal().mean())
@@ -81,7 +87,7 @@ def solve_by_multipliers(
         residuals.append(primal)
         if primal <= tolerance and state.dual_residual() <= tolerance:
             return DualRun(state.solution(), True, outer, newton_steps)
-        if _stalled(residuals):
+        if newton_steps >= newton_budget or _stalled(residuals):
             return DualRun(state.solution(), False, outer, newton_steps)
         if primal > 0.25 * previous:
             penalty = min(penalty * _PENALTY_GROWTH, ceiling)
@@ -122,7 +128,10 @@ class _State:
             if residual <= tolerance:
                 return step
             direction = self._newton_direction(shifted, gradient, penalty)
-            self.x = self.x + self._step_length(direction, gradient, penalty) * direction
+            length = self._step_length(direction, gradient, penalty)
+            if length <= _SHORTEST_STEP:
+                return step + 1
+            self.x = self.x + length * direction
         return _NEWTON_LIMIT
 
     def step_multipliers(self, penalty: float) -> float:

@@ -8,7 +8,7 @@ violated cones are added and the program solved again, until no cone is violated
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -17,7 +17,13 @@ from meshcone.errors import InternalError
 from meshcone.options import SolverOptions
 from meshcone.program.augmented import solve_by_multipliers
 from meshcone.program.cones import ConeFamily
-from meshcone.program.conic import ConicProgram, Selection, assemble, everything
+from meshcone.program.conic import (
+    ConicProgram,
+    QuadraticObjective,
+    Selection,
+    assemble,
+    everything,
+)
 from meshcone.program.multipliers import Multipliers, flatten, unflatten
 from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
 from meshcone.program.scs_solver import PrimalDual, ScsRun, certifiable, solve
@@ -28,6 +34,8 @@ Method = Literal["relaxation", "multipliers", "scs"]
 _PASS_LIMIT = 20
 # Tolerance of the dual method in units of SCS's, in the last round and in those before.
 _TIGHT, _LOOSE = 1e-2, 10.0
+# Linear systems it may solve; a round that only prepares the next one is worth fewer.
+_TIGHT_BUDGET, _LOOSE_BUDGET = 200, 40
 # A cone exceeded by less than this share of the radius counts as satisfied.
 FEASIBILITY = 1e-7
 # Cones this close to their bound join the first selection: they are next to be violated.
@@ -45,6 +53,8 @@ class RoundSolution:
         passes: selections of cones it took.
         program: the program as last assembled, or None if the relaxation was enough.
         run: SCS's run, where it was SCS.
+        converged: whether the dual method reached its tolerance; if not, this is where it
+            stood when its budget was spent, and :func:`finish_by_scs` goes on from there.
     """
 
     positions: Floats
@@ -53,6 +63,7 @@ class RoundSolution:
     passes: int
     program: ConicProgram | None
     run: ScsRun | None
+    converged: bool = True
 
 
 def solve_round(
@@ -87,8 +98,7 @@ def solve_round(
         return _by_scs(program, run, passes=1)
     if not any(_exceeded(family, relaxed) for family in families):
         return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0, None, None)
-    tolerance = (_TIGHT if reduction == 0 else _LOOSE) * options.tolerance
-    return _solve_active(objective, families, relaxed, options, tuple(known), tolerance)
+    return _solve_active(objective, families, relaxed, options, tuple(known), loose=reduction > 0)
 
 
 def _solve_active(
@@ -97,8 +107,11 @@ def _solve_active(
     x: Floats,
     options: SolverOptions,
     known: tuple[Multipliers, ...],
-    tolerance: float,
+    *,
+    loose: bool,
 ) -> RoundSolution:
+    tolerance = (_LOOSE if loose else _TIGHT) * options.tolerance
+    budget = _LOOSE_BUDGET if loose else _TIGHT_BUDGET
     active = {entry.family.kind: entry.which for entry in known}
     nowhere = np.empty(0, dtype=np.int64)
     chosen = [
@@ -109,11 +122,10 @@ def _solve_active(
         pairs = zip(families, chosen, strict=True)
         program = assemble(objective, [Selection(family, which) for family, which in pairs])
         start = flatten(known, program)
-        dual = solve_by_multipliers(program, x, start, tolerance)
-        if dual.converged:
-            solution = _by_multipliers(program, dual.solution, passes)
-        else:
-            solution = _by_scs(program, solve(program, certifiable(options), dual.solution), passes)
+        dual = solve_by_multipliers(program, x, start, tolerance, budget)
+        solution = _by_multipliers(program, dual.solution, passes)
+        if not dual.converged:
+            return replace(solution, converged=False)
         x, known = solution.positions.ravel(), solution.multipliers
         fresh = [_violated(family, x, -10 * tolerance) for family in families]
         grown = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
@@ -121,6 +133,23 @@ def _solve_active(
             return solution
         chosen = grown
     raise InternalError(f"cones kept being violated after {_PASS_LIMIT} selections")
+
+
+def finish_by_scs(
+    objective: QuadraticObjective,
+    families: Sequence[ConeFamily],
+    reached: RoundSolution,
+    options: SolverOptions,
+) -> RoundSolution:
+    """Go on with SCS, over every cone, from where the dual method stood.
+
+    Raises:
+        ContradictionError, SolveTimeoutError, InternalError: see :func:`scs_solver.solve`.
+    """
+    program = assemble(objective, everything(families))
+    x = reached.positions.ravel()
+    start = PrimalDual(x, flatten(reached.multipliers, program), program.b - program.A @ x)
+    return _by_scs(program, solve(program, certifiable(options), start), reached.passes)
 
 
 def _violated(family: ConeFamily, x: Floats, margin: float) -> Ints:

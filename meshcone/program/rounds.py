@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from meshcone.program.effort import Candidate, candidates
 from meshcone.program.feasibility import require_feasible
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
-from meshcone.program.round_solver import RoundSolution, solve_round
+from meshcone.program.round_solver import RoundSolution, finish_by_scs, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
@@ -119,27 +119,31 @@ class SurfaceRefiner:
 
     def _confirmed(self, best: _CandidateRun) -> RefinedPositions:
         started = time.perf_counter()
-        records = best.records
-        if self._options.solver.certify and best.solution.run is None:
-            small = len(self._source.vertices) <= self._options.solver.certify_limit
-            if small:
-                records = [
-                    *records[:-1],
-                    confirm_optimum(
-                        best.final.objective,
-                        best.final.families,
-                        best.solution,
-                        records[-1],
-                        self._options.solver,
-                    ),
-                ]
+        options, final, records = self._options.solver, best.final, best.records
+        if not best.solution.converged:
+            solution = finish_by_scs(final.objective, final.families, best.solution, options)
+            final = replace(final, positions=solution.positions, multipliers=solution.multipliers)
+            seconds = records[-1].seconds + time.perf_counter() - started
+            last = record_round(final.round_index, solution, final.families, final.before, seconds)
+            records = [*records[:-1], last]
+        elif self._asks_scs(best):
+            last = confirm_optimum(
+                final.objective, final.families, best.solution, records[-1], options
+            )
+            records = [*records[:-1], last]
         return RefinedPositions(
-            best.final.positions,
+            final.positions,
             records,
-            best.final,
+            final,
             best.candidate.name,
             confirm_seconds=time.perf_counter() - started,
         )
+
+    def _asks_scs(self, best: _CandidateRun) -> bool:
+        """Tell whether SCS is to confirm: it was not the one who solved, and is not spared."""
+        options = self._options.solver
+        small = len(self._source.vertices) <= options.certify_limit
+        return options.certify and small and best.solution.run is None
 
 
 class _Countdown:
