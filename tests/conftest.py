@@ -11,7 +11,10 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
+from tests.skips import pytest_runtest_makereport
 from worker.settings import WorkerSettings
+
+__all__ = ["pytest_runtest_makereport"]
 
 
 @pytest.fixture(scope="session")
