@@ -17,7 +17,9 @@ class Limits(BaseSettings):
     """Caps on one asset, each settable as ``MESHCONE_LIMIT_<NAME>`` in the environment.
 
     The defaults let a mesh of a million vertices with normals and texture coordinates
-    through in either format. A glTF and the files it names count as one asset.
+    through in either format, and bound what the smallest of pieces can add up to: a file of
+    nothing but line ends or empty chunks needs many times its size in memory. A glTF and
+    the files it names count as one asset.
     """
 
     model_config = SettingsConfigDict(
@@ -30,13 +32,18 @@ class Limits(BaseSettings):
     file_bytes: int = Field(256 * _MIB, ge=1, description="the file and its resources together")
     vertices: int = Field(2_000_000, ge=1, description="vertices as the file stores them")
     faces: int = Field(4_000_000, ge=1, description="triangles, after polygons are split")
+    lines: int = Field(12_000_000, ge=1, description="lines of a text format")
     json_bytes: int = Field(128 * _MIB, ge=1, description="JSON text of a glTF, data URIs included")
     json_depth: int = Field(64, ge=1, description="nested arrays and objects in a glTF")
+    json_values: int = Field(
+        4_000_000, ge=1, description="values in a glTF's JSON: numbers, strings, arrays, objects"
+    )
+    chunks: int = Field(1_000, ge=2, description="chunks in a GLB")
     nodes: int = Field(100_000, ge=1, description="nodes in a glTF")
     node_depth: int = Field(256, ge=1, description="levels of a glTF's node tree")
     accessors: int = Field(100_000, ge=1, description="accessors in a glTF")
     meshes: int = Field(
-        100_000, ge=1, description="meshes in a glTF, and primitives in all of them"
+        100_000, ge=1, description="meshes in a glTF, primitives in all of them, and draws of these"
     )
 
     def check(self, name: str, found: int, what: str, place: str | None = None) -> None:

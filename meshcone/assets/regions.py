@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from meshcone.assets.weld import group_equal_rows
 
+_NAME_LENGTH = 60
+
 
 @dataclass(frozen=True)
 class Regions:
@@ -33,13 +35,14 @@ def combine_parts(parts: list[list[str]], chosen: NDArray[np.int64]) -> Regions:
 
     Args:
         parts: for each way the file is divided, the names of its parts; an empty name is
-            left out of the region's.
+            left out of the region's, a long one cut: regions can be many times as many
+            as the names they are made of.
         chosen: (k, len(parts)) which part of each division a triangle belongs to.
     """
     labels, first_rows = group_equal_rows(chosen.astype(np.float64))
     names = tuple(
         " / ".join(
-            name
+            name[:_NAME_LENGTH]
             for division, part in zip(parts, chosen[row].tolist(), strict=True)
             if (name := division[part])
         )

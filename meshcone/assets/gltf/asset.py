@@ -24,7 +24,7 @@ from meshcone.assets.weld import weld_surface
 
 def read_glb(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
     """Read a GLB file. Raises as ``read_gltf`` does."""
-    return _read(name, data, split_glb(data), resources, limits)
+    return _read(name, data, split_glb(data, limits), resources, limits)
 
 
 def read_gltf(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:

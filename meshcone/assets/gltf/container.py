@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
 _HEADER = struct.Struct("<4sII")
@@ -45,11 +46,12 @@ class Container:
         return self.chunks[1].data if has_binary else None
 
 
-def split_glb(data: bytes) -> Container:
+def split_glb(data: bytes, limits: Limits) -> Container:
     """Check the header and lengths and cut the file into chunks.
 
     Raises:
         InputError: not version 2, shorter than declared, or chunks missing or out of order.
+        LimitError: more chunks than ``limits`` accept.
     """
     if len(data) < _HEADER.size:
         raise InputError(
@@ -65,9 +67,10 @@ def split_glb(data: bytes) -> Container:
         )
     if length < _HEADER.size + _CHUNK.size:
         raise InputError(f"the header declares only {length} bytes", place="byte 8")
-    chunks = []
+    chunks: list[Chunk] = []
     offset = _HEADER.size
     while offset < length:
+        limits.check("chunks", len(chunks) + 1, "chunks", place=f"byte {offset}")
         chunk = _chunk_at(data, offset, length)
         chunks.append(chunk)
         offset += _CHUNK.size + len(chunk.data)

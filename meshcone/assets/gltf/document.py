@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -40,6 +41,8 @@ _ADVICE = {
 # end would be scanned again from each of its escaped quotes.
 _STRING = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+"?', re.DOTALL)
 
+_BLOCK = 1 << 20
+
 
 @dataclass(frozen=True)
 class Document:
@@ -68,7 +71,9 @@ def parse_document(data: bytes, limits: Limits) -> Document:
         LimitError: longer, deeper or with longer arrays than ``limits`` accept.
     """
     limits.check("json_bytes", len(data), "bytes of JSON")
-    limits.check("json_depth", _depth(data), "nested levels of JSON")
+    depth, values = _measure(data)
+    limits.check("json_depth", depth, "nested levels of JSON")
+    limits.check("json_values", values, "values of JSON")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -83,7 +88,11 @@ def parse_document(data: bytes, limits: Limits) -> Document:
 
 def _parse(text: str) -> dict[str, Any]:
     try:
-        value = json.loads(text.removeprefix("\ufeff"), parse_constant=_refuse_constant)
+        value = json.loads(
+            text.removeprefix("\ufeff"),
+            parse_constant=_refuse_constant,
+            object_pairs_hook=_unique_members,
+        )
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise InputError(f"the JSON is malformed: {error.msg}", place=place) from None
@@ -100,13 +109,31 @@ def _refuse_constant(constant: str) -> NoReturn:
     raise InputError(f"the JSON holds {constant}, which JSON does not know")
 
 
-def _depth(data: bytes) -> int:
-    """Deepest nesting, counted without parsing: a parser would already have recursed."""
+def _unique_members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Refuse a name given twice (glTF 2.0, "JSON Encoding"): readers differ in which they take."""
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        twice = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise InputError(f"an object of the JSON has two members '{twice[:40]}'")
+    return members
+
+
+def _measure(data: bytes) -> tuple[int, int]:
+    """Deepest nesting and an upper bound on the values, without parsing.
+
+    A parser would already have recursed, and a value takes up to forty times its text.
+    """
     skeleton = np.frombuffer(_STRING.sub(b"", data), dtype=np.uint8)
-    opening = (skeleton == ord("[")) | (skeleton == ord("{"))
-    closing = (skeleton == ord("]")) | (skeleton == ord("}"))
-    levels = np.cumsum(opening.astype(np.int64) - closing)
-    return int(levels.max(initial=0))
+    level = deepest = values = 0
+    for start in range(0, len(skeleton), _BLOCK):
+        block = skeleton[start : start + _BLOCK]
+        opening = (block == ord("[")) | (block == ord("{"))
+        closing = (block == ord("]")) | (block == ord("}"))
+        levels = level + np.cumsum(opening.astype(np.int64) - closing)
+        deepest = max(deepest, int(levels.max()))
+        level = int(levels[-1])
+        values += int(np.count_nonzero(opening)) + int(np.count_nonzero(block == ord(",")))
+    return deepest, values + 1
 
 
 def _check_version(root: Element) -> None:

@@ -7,6 +7,9 @@ from typing import Any
 
 from meshcone.errors import InputError
 
+# What every JSON reader can represent (RFC 8259, section 6), and no size or index exceeds.
+_LARGEST_WHOLE = 2**53 - 1
+
 
 class Element:
     """One object of a glTF document.
@@ -118,6 +121,8 @@ def _whole(value: object, minimum: int, place: str) -> int:
         raise InputError(f"expected a whole number, found {_kind(value)}", place=place)
     if value < minimum:
         raise InputError(f"expected at least {minimum}, found {_kind(value)}", place=place)
+    if value > _LARGEST_WHOLE:
+        raise InputError(f"expected at most {_LARGEST_WHOLE:,}, found {_kind(value)}", place=place)
     return value
 
 

@@ -86,7 +86,9 @@ class _SceneBuilder:
         self._blocks: list[Block] = []
         self._block_numbers: dict[tuple[int, int], int] = {}
         self._placed: list[PlacedPrimitive] = []
+        self._shaded: set[tuple[int, int]] = set()
         self._vertices = 0
+        self._normals = 0
         self._faces = 0
         self._primitives_read = 0
 
@@ -101,15 +103,19 @@ class _SceneBuilder:
         if index not in self._meshes:
             elements = mesh_primitives(self._mesh_elements[index])
             self._primitives_read += len(elements)
-            self._limits.check("meshes", self._primitives_read, "primitives")
+            place = self._mesh_elements[index].place("primitives")
+            self._limits.check("meshes", self._primitives_read, "primitives", place)
             found = map(self._reader.read, elements)
             self._meshes[index] = [primitive for primitive in found if primitive is not None]
         return self._meshes[index]
 
     def _place(self, placement: Placement, primitive: Primitive) -> None:
+        place = self._document.root.place("nodes") + f"/{placement.node}"
+        self._limits.check("meshes", len(self._placed) + 1, "primitives drawn", place)
         self._faces += len(primitive.triangles)
-        self._limits.check("faces", self._faces, "triangles in the scene")
+        self._limits.check("faces", self._faces, "triangles in the scene", place)
         number = self._block_number(placement, primitive.position)
+        self._count_normals(number, primitive)
         mirrored = np.linalg.det(placement.matrix[:3, :3]) < 0
         # A mirroring node turns the winding around (section 3.7.4).
         local = primitive.triangles[:, ::-1] if mirrored else primitive.triangles
@@ -120,10 +126,21 @@ class _SceneBuilder:
         if key not in self._block_numbers:
             block = Block(placement, accessor, self._vertices)
             self._vertices += accessor.count
-            self._limits.check("vertices", self._vertices, "vertices in the scene")
+            place = self._document.root.place("nodes") + f"/{placement.node}"
+            self._limits.check("vertices", self._vertices, "vertices in the scene", place)
             self._block_numbers[key] = len(self._blocks)
             self._blocks.append(block)
         return self._block_numbers[key]
+
+    def _count_normals(self, block: int, primitive: Primitive) -> None:
+        """Bound what writing needs: any number of normals may belong to one block's vertices."""
+        normal = primitive.normal
+        if normal is None or (block, normal.index) in self._shaded:
+            return
+        self._shaded.add((block, normal.index))
+        self._normals += normal.count
+        place = normal.element.pointer
+        self._limits.check("vertices", self._normals, "normals in the scene", place)
 
     def _positions(self) -> NDArray[np.float64]:
         positions = np.empty((self._vertices, 3))

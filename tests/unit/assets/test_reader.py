@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshcone.assets import read_asset
@@ -105,6 +105,7 @@ def test_other_files_are_refused_by_what_they_are(name, data, message):
 SEEDS = [cube_obj(), cube_gltf().glb(), cube_gltf().embedded(), stl(), ply(), off()]
 
 
+@settings(deadline=None)
 @given(
     seed=st.sampled_from(SEEDS),
     edits=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.binary(max_size=4)), max_size=4),
