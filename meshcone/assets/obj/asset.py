@@ -11,8 +11,8 @@ from meshcone.assets.normals import recompute_normals
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
 from meshcone.assets.obj.regions import face_regions
-from meshcone.assets.obj.scan import ObjLines, scan_lines
-from meshcone.assets.obj.write import digits_for_extent, replace_vectors, significant_digits
+from meshcone.assets.obj.scan import ObjLines, count_lines, scan_lines
+from meshcone.assets.obj.write import number_style, replace_vectors
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface, weld_surface
@@ -30,8 +30,11 @@ def read_obj(name: str, data: bytes, limits: Limits) -> ObjAsset:
     """
     if data.startswith(_UTF16_MARKS):
         raise InputError("the text is UTF-16; OBJ files are ASCII or UTF-8", place="line 1")
+    limits.check("lines", count_lines(data), "lines")
     lines = scan_lines(data)
-    limits.check("vertices", max(len(lines.vertices), len(lines.normals)), "vertices")
+    for rows, what in ((lines.vertices, "vertices"), (lines.normals, "normals")):
+        place = lines.place(int(rows[-1])) if len(rows) else None
+        limits.check("vertices", len(rows), what, place)
     positions = read_positions(lines)
     faces = read_faces(lines, limits)
     corners, fanned = triangulate(positions[faces.vertices], faces.sizes)
@@ -84,9 +87,9 @@ class ObjAsset(Asset):
             return self._data
         # Keeping every line of every asset alive would cost several times its file's size.
         lines = scan_lines(self._data)
-        digits = max(significant_digits(lines, lines.vertices), digits_for_extent(positions))
+        style = number_style(lines, lines.vertices).resolving(vertices)
         replace_vectors(
-            lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], digits
+            lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], style
         )
         if normals == "recompute" and len(lines.normals):
             self._write_normals(lines, vertices)
@@ -95,9 +98,9 @@ class ObjAsset(Asset):
     def _write_normals(self, lines: ObjLines, vertices: NDArray[np.float64]) -> None:
         stored = read_normals(lines)
         directions, changed = self._shared_normals(stored, vertices)
-        digits = significant_digits(lines, lines.normals)
+        style = number_style(lines, lines.normals).for_normals()
         replace_vectors(
-            lines.raw, lines.normals[changed], stored[changed], directions[changed], digits
+            lines.raw, lines.normals[changed], stored[changed], directions[changed], style
         )
 
     def _shared_normals(

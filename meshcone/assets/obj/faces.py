@@ -7,6 +7,7 @@ element stated *before* the face.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -16,12 +17,16 @@ from numpy.typing import NDArray
 
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj.numbers import block_words, blocks, shown
-from meshcone.assets.obj.scan import ObjLines
+from meshcone.assets.obj.scan import ObjLines, count_words
 from meshcone.errors import InputError
 
 _NONE = 0  # no OBJ index is 0, so 0 stands for "not given" until indices are resolved
 _LARGEST = 2**62
 _SLASH, _SPACE = b"/ "
+_PLAIN: NDArray[np.bool_] = np.isin(np.arange(256), list(b"0123456789-/ "))
+# numpy would take "1-2" for two numbers and "- 3" for one.
+_STRAY_SIGN = re.compile(rb"\d-|-(?!\d)")
+_CORNER = re.compile(rb"([+-]?\d+)(?:/(?:[+-]?\d+)?(?:/([+-]?\d+)?)?)?")
 
 
 @dataclass(frozen=True)
@@ -53,12 +58,12 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
     sizes_found, vertices_found, normals_found = [], [], []
     triangles = 0
     for block in blocks(lines.faces):
-        sizes, corners = _split_corners(lines, block)
+        sizes, corners = _split_corners(lines, block, limits)
         triangles += int(np.maximum(sizes - 2, 0).sum())
-        limits.check("faces", triangles, "triangles")
+        limits.check("faces", triangles, "triangles", lines.place(block[-1]))
         columns = _convert(corners)
         if columns is None:
-            columns = _one_by_one(lines, block)
+            columns = _one_by_one(lines, block, sizes, corners)
         sizes_found.append(sizes)
         vertices_found.append(columns[0])
         normals_found.append(columns[1])
@@ -69,7 +74,9 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
     return _resolve(lines, sizes, vertices, normals)
 
 
-def _split_corners(lines: ObjLines, rows: list[int]) -> tuple[NDArray[np.int64], list[bytes]]:
+def _split_corners(
+    lines: ObjLines, rows: list[int], limits: Limits
+) -> tuple[NDArray[np.int64], list[bytes]]:
     """(p,) corners of each face, and the corners of all."""
     words = block_words(lines, rows)
     if words is not None and words.count(b"f") == len(rows):
@@ -80,7 +87,13 @@ def _split_corners(lines: ObjLines, rows: list[int]) -> tuple[NDArray[np.int64],
         starts = np.array([place for place, word in enumerate(words) if word == b"f"])
         sizes = np.diff(starts, append=len(words)) - 1
         return sizes, [word for word in words if word != b"f"]
-    faces = [lines.words(row)[1:] for row in rows]
+    faces = []
+    triangles = 0
+    for row in rows:
+        statement = lines.statement(row)
+        triangles += max(count_words(statement) - 3, 0)
+        limits.check("faces", triangles, "triangles", lines.place(row))
+        faces.append(statement.split()[1:])
     return np.array([len(face) for face in faces]), list(chain.from_iterable(faces))
 
 
@@ -91,6 +104,8 @@ def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     """
     joined = b" ".join([*corners, b""])
     characters = np.frombuffer(joined, dtype=np.uint8)
+    if not _PLAIN[characters].all() or (b"-" in joined and _STRAY_SIGN.search(joined)):
+        return None
     separators = characters[(characters == _SLASH) | (characters == _SPACE)]
     width = int(np.argmax(separators == _SPACE)) + 1 if len(corners) else 1
     if width > 3 or len(separators) != width * len(corners):
@@ -112,26 +127,27 @@ def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 def _one_by_one(
-    lines: ObjLines, rows: Sequence[int]
+    lines: ObjLines, rows: Sequence[int], sizes: NDArray[np.int64], corners: list[bytes]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    pairs = [_corner(word, lines.place(row)) for row in rows for word in lines.words(row)[1:]]
+    rows_of_corners = np.repeat(rows, sizes).tolist()
+    pairs = [_corner(word, lines, row) for word, row in zip(corners, rows_of_corners, strict=True)]
     table = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     return table[:, 0], table[:, 1]
 
 
-def _corner(word: bytes, place: str) -> tuple[int, int]:
+def _corner(word: bytes, lines: ObjLines, row: int) -> tuple[int, int]:
     """Vertex and normal index of ``1``, ``1/2``, ``1//3`` or ``1/2/3``; empty parts are absent."""
-    parts = word.split(b"/")
-    if len(parts) > 3 or not parts[0]:
-        raise InputError(f"expected a face corner like 1/2/3, found '{shown(word)}'", place=place)
-    indices = [_index(part, word, place) if part else _NONE for part in parts]
-    return indices[0], indices[2] if len(indices) == 3 else _NONE
+    match = _CORNER.fullmatch(word)
+    if match is None:
+        raise InputError(
+            f"expected a face corner like 1/2/3, found '{shown(word)}'", place=lines.place(row)
+        )
+    vertex, normal = match.groups()
+    return _index(vertex), _index(normal) if normal else _NONE
 
 
-def _index(part: bytes, word: bytes, place: str) -> int:
-    digits = part[1:] if part[:1] in (b"-", b"+") else part
-    if not digits.isdigit():
-        raise InputError(f"expected a face corner like 1/2/3, found '{shown(word)}'", place=place)
+def _index(part: bytes) -> int:
+    digits = part.lstrip(b"+-")
     magnitude = int(digits) if len(digits) < 19 else _LARGEST
     return -magnitude if part[:1] == b"-" else magnitude
 

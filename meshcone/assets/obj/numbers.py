@@ -12,20 +12,27 @@ from meshcone.assets.limits import LARGEST_COORDINATE
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.errors import InputError
 
-BLOCK = 65_536
+_BLOCK = 65_536
+_BLOCK_BYTES = 8 * 1024 * 1024
 _BROKEN = (np.nan, np.nan, np.nan)
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 def blocks(rows: NDArray[np.int64]) -> Iterator[list[int]]:
-    """Rows in runs short enough that their words fit in memory together."""
-    for start in range(0, len(rows), BLOCK):
-        yield rows[start : start + BLOCK].tolist()
+    """Rows in runs: few enough that the words of lines of usual length fit in memory together."""
+    for start in range(0, len(rows), _BLOCK):
+        yield rows[start : start + _BLOCK].tolist()
 
 
 def block_words(lines: ObjLines, rows: list[int]) -> list[bytes] | None:
-    """All words of a block of statements in a row; None if comments stand between them."""
-    joined = b"".join([lines.text[row] for row in rows])
+    """All words of a block of statements in a row.
+
+    None if comments stand between them, or if they are too long to be cut all at once.
+    """
+    statements = [lines.text[row] for row in rows]
+    if sum(map(len, statements)) > _BLOCK_BYTES:
+        return None
+    joined = b"".join(statements)
     return None if b"#" in joined else joined.split()
 
 
@@ -90,7 +97,7 @@ def _convert(words: list[bytes] | None, count: int) -> NDArray[np.float64] | Non
 
 
 def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
-    words = lines.words(row)[1:4]
+    words = lines.leading_words(row, 4)[1:]
     if len(words) < 3:
         raise InputError(
             f"a vertex needs 3 coordinates, found {len(words)}", place=lines.place(row)
@@ -110,7 +117,7 @@ def _finite(word: bytes, place: str) -> float:
 
 
 def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, float, float]:
-    words = lines.words(row)[1:4]
+    words = lines.leading_words(row, 4)[1:]
     if len(words) < 3 or not all(_NUMBER.fullmatch(word) for word in words):
         return _BROKEN
     x, y, z = (float(word) for word in words)

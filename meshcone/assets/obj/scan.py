@@ -43,18 +43,32 @@ class ObjLines:
         """Where a statement stands in the file, for messages."""
         return f"line {self.first_lines[row]}"
 
-    def words(self, row: int) -> list[bytes]:
-        """A statement's keyword and arguments, without comment."""
-        return split_words(self.text[row])
+    def statement(self, row: int) -> bytes:
+        """A statement without its comment."""
+        line = self.text[row]
+        return line.partition(b"#")[0] if b"#" in line else line
+
+    def leading_words(self, row: int, count: int) -> list[bytes]:
+        """A statement's keyword and first arguments, at most ``count`` words in all."""
+        return self.statement(row).split(None, count)[:count]
 
     def names(self, rows: NDArray[np.int64]) -> list[str]:
         """What each of some o, g or usemtl statements names."""
-        return [b" ".join(self.words(row)[1:]).decode("utf-8", "replace") for row in rows.tolist()]
+        arguments = (self.statement(row).split(None, 1)[1:] for row in rows.tolist())
+        return [b"".join(name).rstrip().decode("utf-8", "replace") for name in arguments]
 
 
-def split_words(line: bytes) -> list[bytes]:
-    """Words of one statement up to its comment."""
-    return (line.split(b"#", 1)[0] if b"#" in line else line).split()
+def count_lines(data: bytes) -> int:
+    """Lines of a text, counted before it is cut into them; one more than its line ends."""
+    return data.count(b"\n") + data.count(b"\r") - data.count(b"\r\n") + 1
+
+
+def count_words(text: bytes) -> int:
+    """Words of a text, counted before it is cut into them."""
+    blank = _BLANKS[np.frombuffer(text, dtype=np.uint8)]
+    if len(blank) == 0:
+        return 0
+    return int(np.count_nonzero(blank[:-1] & ~blank[1:])) + int(not blank[0])
 
 
 def scan_lines(data: bytes) -> ObjLines:

@@ -89,6 +89,9 @@ def test_an_unknown_normal_is_ignored_with_a_warning():
         (CORNERS + "f 1 2 x", "line 5", "found 'x'"),
         (CORNERS + "f 1 2 1/2/3/4", "line 5", "found '1/2/3/4'"),
         (CORNERS + "f 1 2 1_0", "line 5", "found '1_0'"),
+        (CORNERS + "f 1-2 - 4", "line 5", "found '1-2'"),
+        (CORNERS + "f 1 2 3x", "line 5", "found '3x'"),
+        (CORNERS + "f 1/-1/- 2/1/1 3/1/1", "line 5", "found '1/-1/-'"),
         (CORNERS + "f 1 2 /3", "line 5", "found '/3'"),
         ("v 0 0 0\nv 1 nan 0\n", "line 2", "expected a finite number, found 'nan'"),
         ("v 0 0 0\nv 1 -inf 0\n", "line 2", "expected a finite number, found '-inf'"),
@@ -119,6 +122,24 @@ def test_more_vertices_than_allowed_are_refused():
 def test_polygons_count_as_the_triangles_they_make():
     with pytest.raises(LimitError, match="2 triangles"):
         read(CORNERS + "f 1 2 3 4", Limits(faces=1))
+
+
+def test_lines_are_counted_before_they_are_told_apart():
+    with pytest.raises(LimitError, match="6 lines; this installation accepts 5"):
+        read(CORNERS + "f 1 2 3\r\n", Limits(lines=5))
+
+
+@pytest.mark.parametrize("comment", ["", " # a comment"])
+def test_the_corners_of_a_long_face_are_counted_before_they_are_told_apart(comment):
+    corners = "1 2 3 4 " * 2_000_000
+    with pytest.raises(LimitError, match="triangles") as caught:
+        read(f"{CORNERS}f {corners}{comment}\n")
+    assert caught.value.place == "line 5"
+
+
+def test_names_are_shortened_where_regions_multiply_them():
+    asset = read(f"{CORNERS}o {'x' * 1000}\nf 1 2 3\n")
+    assert asset.region_names == ("x" * 60,)
 
 
 def test_a_limit_can_be_set_in_the_environment(monkeypatch):

@@ -87,6 +87,36 @@ def test_the_files_own_precision_is_used():
     assert asset.patched(moved).startswith(b"v 0.333333333 0 0\n")
 
 
+def test_decimals_stay_as_many_as_the_file_always_writes():
+    asset = read(
+        b"v 0.000000 0.000000 0.500000\nv 1.000000 0.000000 0.000000\nv 0.000000 1.0"
+        b"00000 0.000000\nf 1 2 3\n"
+    )
+    moved = asset.vertices.copy()
+    moved[0] = 2.25, 1 / 3, -1e-6
+    assert asset.patched(moved).startswith(b"v 2.250000 0.333333 -0.000001\n")
+
+
+def test_decimals_too_few_for_a_small_model_become_as_many_as_it_needs():
+    asset = read(b"v 0.000 0.000 0.000\nv 0.001 0.000 0.000\nv 0.000 0.001 0.000\nf 1 2 3\n")
+    moved = asset.vertices + np.array([1 / 3000, 0, 0])
+    assert read(asset.patched(moved)).vertices == pytest.approx(moved, abs=1e-10)
+
+
+def test_an_author_of_a_thousand_decimals_gets_no_more_than_numbers_hold():
+    zeros = b"." + b"0" * 1000
+    asset = read(b"v 0Z 0Z 0Z\nv 1Z 0Z 0Z\nv 0Z 1Z 0Z\nf 1 2 3\n".replace(b"Z", zeros))
+    assert asset.patched(asset.vertices + 1 / 3).startswith(b"v 0.33333333333333331 0.333")
+
+
+def test_normals_written_with_one_decimal_get_four():
+    head = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0.0 0.0 1.0\nf 1//1 2//1 3//1\n"
+    asset = read(head)
+    moved = asset.vertices.copy()
+    moved[0, 2] = 1
+    assert b"\nvn 0.5774 0.5774 0.5774\n" in asset.patched(moved)
+
+
 def test_six_digits_are_the_least():
     asset = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     moved = asset.vertices.copy()
