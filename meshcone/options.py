@@ -73,9 +73,10 @@ class SurfaceOptions(_Section):
         "edges by as much",
     )
     edge_cap: Positive = Field(
-        2.0,
+        4.0,
         ge=1.0,
-        description="cap on each edge, as a multiple of the longest input edge at either end",
+        description="cap on each edge, as a multiple of the longest input edge at either end "
+        "or of the mean one, whichever is longer",
     )
 
 
@@ -163,6 +164,29 @@ class SolverOptions(_Section):
     time_limit: NonNegative = Field(0.0, description="seconds per solve; 0 means no limit")
 
 
+PartKey = Annotated[int, Field(ge=0)] | Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class SelectOptions(_Section):
+    """What to refine: the faces that every list given here names; the rest stays as it is."""
+
+    nodes: tuple[PartKey, ...] = Field(
+        (), max_length=1000, description="nodes of a glTF, with all below them"
+    )
+    meshes: tuple[PartKey, ...] = Field(
+        (), max_length=1000, description="meshes of a glTF, objects (`o`) of an OBJ"
+    )
+    groups: tuple[PartKey, ...] = Field(
+        (), max_length=1000, description="groups (`g`) of an OBJ"
+    )
+    materials: tuple[PartKey, ...] = Field((), max_length=1000, description="materials")
+
+    def given(self) -> dict[str, tuple[str | int, ...]]:
+        """The lists that are not empty, by their names."""
+        lists = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: keys for name, keys in lists.items() if keys}
+
+
 class QualityOptions(_Section):
     """How the metrics are sampled."""
 
@@ -189,6 +213,17 @@ class Options(_Section):
     normals: Literal["recompute", "keep"] = Field(
         "recompute", description="what happens to stored normals where positions moved"
     )
+    instances: Literal["refuse", "split"] = Field(
+        "refuse",
+        description="what happens to a mesh that several nodes of a glTF use, and to vertex "
+        "data that several meshes share: refuse, or split into copies",
+    )
+    draco: Literal["plain", "encode"] = Field(
+        "plain",
+        description="how what was compressed with Draco is written: as plain buffers, or "
+        "compressed again",
+    )
+    select: SelectOptions = SelectOptions()
     seed: int = Field(0, ge=0, le=2**31 - 1, description="seed of every sampling")
     centroid: CentroidOptions = CentroidOptions()
     surface: SurfaceOptions = SurfaceOptions()

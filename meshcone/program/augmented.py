@@ -33,8 +33,10 @@ _LARGEST_PENALTY = 1e6
 _LOOSEST_INNER_TOLERANCE = 1e-3
 _INNER_TOLERANCE_FACTOR = 0.1
 _FORCING = 0.1  # CG stops at this share of the gradient: early steps need no better
-_SUFFICIENT_DECREASE = 1e-4
-_SHORTEST_STEP = 1e-4
+# A step may end where φ rises by this share of the slope it began to fall with, or where
+# it still falls by that one.
+_OVERSHOOT, _UNDERSHOOT = 0.1, 0.5
+_LINE_SEARCH_LIMIT = 20
 _STALL_WINDOW = 4
 
 
@@ -129,7 +131,7 @@ class _State:
                 return step
             direction = self._newton_direction(shifted, gradient, penalty)
             length = self._step_length(direction, gradient, penalty)
-            if length <= _SHORTEST_STEP:
+            if length == 0:
                 return step + 1
             self.x = self.x + length * direction
         return _NEWTON_LIMIT
@@ -168,21 +170,32 @@ class _State:
         return np.asarray(direction)
 
     def _step_length(self, direction: Floats, gradient: Floats, penalty: float) -> float:
-        slope = float(gradient @ direction)
-        value = self._merit(self.x, penalty)
-        length = 1.0
-        while length > _SHORTEST_STEP:
-            trial = self._merit(self.x + length * direction, penalty)
-            if trial <= value + _SUFFICIENT_DECREASE * length * slope + 1e-15 * abs(value):
-                break
-            length /= 2
-        return length
+        """Find where φ stops falling along a direction, by its slope.
 
-    def _merit(self, x: Floats, penalty: float) -> float:
-        shifted = self.y + penalty * (self._A @ x - self.program.b)
-        projected = project_dual(shifted, self.program.selections)
-        quadratic = 0.5 * x @ (self._P @ x) + self.program.c @ x
-        return float(quadratic + projected @ projected / (2 * penalty))
+        Near the optimum the decrease of φ is below the rounding of φ itself; its slope,
+        which grows with the step because φ is convex, still has its leading digits.
+        """
+        along = self._A @ direction
+        shifted = self.y + penalty * (self._A @ self.x - self.program.b)
+        curvature = float(direction @ (self._P @ direction))
+        linear = float(direction @ (self._P @ self.x + self.program.c))
+        first = float(gradient @ direction)
+
+        def slope(length: float) -> float:
+            projected = project_dual(shifted + penalty * length * along, self.program.selections)
+            return linear + length * curvature + float(along @ projected)
+
+        shortest, longest, length = 0.0, 1.0, 1.0
+        for _ in range(_LINE_SEARCH_LIMIT):
+            here = slope(length)
+            if here > -_OVERSHOOT * first:
+                longest = length
+            elif here < first * _UNDERSHOOT and length < 1:
+                shortest = length
+            else:
+                return length
+            length = (shortest + longest) / 2
+        return shortest
 
 
 def _largest(vector: Floats) -> float:

@@ -36,13 +36,15 @@ class EdgeCaps(ConeFamily):
 
     @staticmethod
     def relative(mesh: Mesh, factor: float) -> EdgeCaps:
-        """Cap each edge at a multiple of the longest input edge at either of its ends.
+        """Cap each edge at a multiple of the input's: the longest at either end, or the mean.
 
-        With a factor of at least one the input itself is feasible.
+        The longer of the two counts, so that a part whose edges have shrunk, as over-smoothing
+        shrinks them, may grow back. With a factor of at least one the input itself is feasible.
         """
         longest = np.zeros(len(mesh.vertices))
         np.maximum.at(longest, mesh.edges.ravel(), np.repeat(mesh.edge_lengths, 2))
-        return EdgeCaps(mesh.edges, factor * longest[mesh.edges].max(axis=1))
+        typical = mesh.edge_lengths.mean() if len(mesh.edges) else 0.0
+        return EdgeCaps(mesh.edges, factor * np.maximum(longest[mesh.edges].max(axis=1), typical))
 
     def slack(self, positions: Floats) -> Floats:
         """See :meth:`ConeFamily.slack`."""
