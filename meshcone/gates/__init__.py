@@ -1,0 +1,1 @@
+"""Bounds on a report's numbers, and the verdict they lead to."""

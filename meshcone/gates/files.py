@@ -1,0 +1,156 @@
+"""Gate files: bounds for every asset, and for classes of assets."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
+from pathlib import PurePath
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from meshcone.errors import InputError
+from meshcone.gates.paths import Mode, require_known
+from meshcone.gates.rules import GateRule, GateTable
+from meshcone.suggestions import did_you_mean
+
+
+def _joined(table: Any) -> Any:
+    """Join the names of values that TOML splits at unquoted dots.
+
+    A bound is never a table, so a table of nothing but tables is the beginning of a name.
+    """
+    if not isinstance(table, Mapping):
+        return table
+    joined: dict[str, Any] = {}
+    for name, value in table.items():
+        if isinstance(value, Mapping) and value and all(map(_is_table, value.values())):
+            joined |= {f"{name}.{tail}": rule for tail, rule in _joined(value).items()}
+        else:
+            joined[name] = value
+    return joined
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, Mapping)
+
+
+Rules = Annotated[dict[str, GateRule], BeforeValidator(_joined)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class AssetClass(_Section):
+    """What holds for some assets besides, or instead of, what holds for all."""
+
+    match: tuple[str, ...] = Field(
+        min_length=1,
+        description="globs; with a slash against the asset's whole name, else its last part",
+    )
+    gates: Rules = Field({}, description="further gates; they replace those of the same name")
+    without: tuple[str, ...] = Field((), description="gates of all assets that do not hold here")
+
+    def has(self, asset: str) -> bool:
+        """Whether an asset belongs to this class, by its name with forward slashes."""
+        last = asset.rpartition("/")[2]
+        return any(fnmatchcase(asset if "/" in glob else last, glob) for glob in self.match)
+
+
+class GateFile(_Section):
+    """A set of gates, as a TOML or JSON document."""
+
+    unit: str | None = Field(
+        None, max_length=20, description="what messages call the unit of the files, such as mm"
+    )
+    gates: Rules = Field({}, description="what holds for every asset")
+    classes: dict[str, AssetClass] = Field(
+        {}, description="what holds for some; where several match, the later one decides"
+    )
+
+    def for_asset(self, name: str) -> GateTable:
+        """The gates an asset has to pass, by its name with forward slashes."""
+        rules = dict(self.gates)
+        for each in self.classes.values():
+            if each.has(name):
+                rules = {key: rule for key, rule in rules.items() if key not in each.without}
+                rules |= each.gates
+        return {key: self._in_unit(rule) for key, rule in rules.items()}
+
+    def _in_unit(self, rule: GateRule) -> GateRule:
+        return rule if rule.unit is not None else rule.model_copy(update={"unit": self.unit})
+
+
+def parse_gate_file(name: str, data: bytes, mode: Mode) -> GateFile:
+    """Read a gate file: JSON if its name ends in ``.json``, else TOML.
+
+    Args:
+        name: the file's name.
+        data: its bytes.
+        mode: what the gates are for; see :func:`meshcone.gates.paths.require_known`.
+
+    Raises:
+        InputError: it cannot be read, or names what does not exist.
+    """
+    document = _read_document(name, data)
+    try:
+        file = GateFile.model_validate(document)
+    except ValidationError as error:
+        raise InputError(_explain(error), file=name) from None
+    tables = [file.gates, *(each.gates for each in file.classes.values())]
+    if not any(tables):
+        raise InputError("there is no gate in it; gates stand in a table [gates]", file=name)
+    try:
+        for table in tables:
+            require_known(table, mode)
+        for each in file.classes.values():
+            _require_held(each.without, file.gates)
+    except InputError as error:
+        raise InputError(error.message, file=name) from None
+    return file
+
+
+def _read_document(name: str, data: bytes) -> Any:
+    is_json = PurePath(name).suffix.lower() == ".json"
+    try:
+        text = data.decode("utf-8-sig")
+        return json.loads(text) if is_json else tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        kind = "JSON" if is_json else "TOML"
+        raise InputError(f"is no valid {kind}: {_first_line(error)}", file=name) from None
+
+
+def _first_line(error: Exception) -> str:
+    return next(iter(str(error).splitlines()), "it is nested too deeply")
+
+
+def _require_held(without: tuple[str, ...], gates: GateTable) -> None:
+    for key in without:
+        if key not in gates:
+            raise InputError(
+                f"'without' names '{key}', which is no gate of all assets{did_you_mean(key, gates)}"
+            )
+
+
+def _explain(error: ValidationError) -> str:
+    errors = error.errors()
+    # A mistyped key explains why another is missing, not the other way round.
+    first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
+    *parents, last = (str(part) for part in first["loc"])
+    where = f" in '{'.'.join(parents)}'" if parents else ""
+    if first["type"] == "extra_forbidden":
+        return f"unknown key '{last}'{where}{did_you_mean(last, _known_beside(parents))}"
+    return f"'{last}'{where}: {first['msg'].removeprefix('Value error, ').lower()}"
+
+
+def _known_beside(parents: list[str]) -> Iterator[str]:
+    """Keys that a section of a gate file can have, by the names that lead to it."""
+    in_class = parents[:1] == ["classes"]
+    below = parents[2:] if in_class else parents
+    model: type[BaseModel] = AssetClass if in_class else GateFile
+    if below[:1] == ["gates"]:
+        model = GateRule
+    yield from model.model_fields

@@ -1,0 +1,86 @@
+"""What a gate asks of one value of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, get_args
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictStr,
+    model_validator,
+)
+
+Severity = Literal["error", "warning"]
+NumericBound = Literal[
+    "max",
+    "min",
+    "max_model",
+    "min_model",
+    "max_ratio_to_input",
+    "min_ratio_to_input",
+    "max_ratio_to_floor",
+    "min_ratio_to_floor",
+]
+Bound = Literal[NumericBound, "equals", "one_of"]
+Allowed = float | bool | str | tuple[str, ...]
+
+BOUNDS: tuple[Bound, ...] = get_args(Bound)
+NUMERIC_BOUNDS: tuple[NumericBound, ...] = get_args(NumericBound)
+
+# Strict: "0.1" or true where a number belongs is a slip of the writer's, not a bound.
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+
+
+class GateRule(BaseModel):
+    """The bounds on one value; at least one of them, and each a check of its own."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    max: Number | None = Field(None, description="largest value allowed, as the report states it")
+    min: Number | None = Field(None, description="smallest value allowed, as the report states it")
+    max_model: Number | None = Field(
+        None, description="largest distance allowed, in the unit of the files"
+    )
+    min_model: Number | None = Field(
+        None, description="smallest distance allowed, in the unit of the files"
+    )
+    max_ratio_to_input: Number | None = Field(
+        None, description="largest multiple allowed of what the input scored"
+    )
+    min_ratio_to_input: Number | None = Field(
+        None, description="smallest multiple allowed of what the input scored"
+    )
+    max_ratio_to_floor: Number | None = Field(
+        None, description="largest multiple allowed of what the reference scores against itself"
+    )
+    min_ratio_to_floor: Number | None = Field(
+        None, description="smallest multiple allowed of what the reference scores against itself"
+    )
+    equals: StrictBool | StrictStr | None = Field(
+        None, description="what a yes-or-no value or a word must be"
+    )
+    one_of: tuple[StrictStr, ...] | None = Field(None, description="the words allowed")
+    severity: Severity = Field(
+        "error", description="whether a value out of bounds fails the asset or is only told"
+    )
+    unit: str | None = Field(
+        None, max_length=20, description="what messages call the unit of the files, such as mm"
+    )
+
+    @model_validator(mode="after")
+    def _asks_something(self) -> GateRule:
+        if not self.bounds():
+            raise ValueError(f"needs a bound: one of {', '.join(BOUNDS)}")
+        return self
+
+    def bounds(self) -> Mapping[Bound, Allowed]:
+        """The bounds that are set, in the order of the fields."""
+        values = ((name, getattr(self, name)) for name in BOUNDS)
+        return {name: value for name, value in values if value is not None}
+
+
+GateTable = Mapping[str, GateRule]
