@@ -7,7 +7,6 @@ to the reference's radius (the unit sphere of the paper) unless a field says oth
 
 from __future__ import annotations
 
-import difflib
 import json
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
@@ -15,10 +14,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from meshcone.errors import InputError
+from meshcone.gates.rules import GateRule
+from meshcone.suggestions import did_you_mean
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Formulation = Literal["surface", "centroid"]
+Mode = Literal["refine", "measure"]
 
 
 class _Section(BaseModel):
@@ -199,6 +201,14 @@ class QualityOptions(_Section):
 class Options(_Section):
     """Everything a refinement depends on besides the two files."""
 
+    mode: Mode = Field(
+        "refine",
+        description="refine: move the source's vertices; measure: report how it compares with "
+        "the reference and move nothing",
+    )
+    gates: dict[str, GateRule] = Field(
+        {}, description="bounds on values of the report, by their names; see gates"
+    )
     formulation: Formulation = Field("surface", description="which program to solve")
     effort: Literal["fast", "best"] = Field(
         "best",
@@ -289,10 +299,15 @@ def _explain(error: ValidationError) -> str:
     first = error.errors()[0]
     path = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
-        close = difflib.get_close_matches(path, list(_known_paths(Options)), n=1, cutoff=0.5)
-        hint = f"; did you mean '{close[0]}'?" if close else ""
-        return f"unknown option '{path}'{hint}"
+        return f"unknown option '{path}'{did_you_mean(path, _known_beside(path, first['loc']))}"
     return f"option '{path}': {first['msg'].lower()}"
+
+
+def _known_beside(path: str, parts: tuple[int | str, ...]) -> Iterable[str]:
+    if parts[0] == "gates":  # whose names are the report's, not ours
+        parent = path.rpartition(".")[0]
+        return (f"{parent}.{name}" for name in GateRule.model_fields)
+    return _known_paths(Options)
 
 
 def _known_paths(model: type[BaseModel], prefix: str = "") -> Iterable[str]:

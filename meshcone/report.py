@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from meshcone.gates.records import GateVerdict
 from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.records import Quality, Validity
@@ -121,7 +122,9 @@ class MeasureReport(_Record):
     inputs: Inputs
     frame: FrameRecord
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
+    options: Options
     quality: Quality
+    gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[str]
     timings: Timings
 
@@ -143,6 +146,7 @@ class Report(_Record):
     certificate: CertificateRecord | None = Field(
         description="absent where the input was kept as it was"
     )
+    gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[str]
     timings: Timings
 
