@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from meshcone.files import MeshFile
+from meshcone.gates.judge import judged
+from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.pair import read_pair
 from meshcone.report import MeasureReport, Timings
@@ -16,8 +18,9 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
     """Measure ``source`` against ``reference``.
 
     Raises:
-        InputError, LimitError: a file cannot be used; the message says which and why.
+        InputError, LimitError: a file or a gate cannot be used; the message says which and why.
     """
+    require_known(options.gates, "measure")
     watch = Stopwatch()
     with watch.stage("read"):
         pair = read_pair(source, reference)
@@ -27,11 +30,12 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
     with watch.stage("quality"):
         scorer = Scorer(pair.reference, options)
         quality = scorer.quality(scorer.score(pair.source), None)
-    return MeasureReport(
+    report = MeasureReport(
         version=version("meshcone"),
         inputs=pair.inputs(),
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),
+        options=options,
         quality=quality,
         warnings=pair.warnings(),
         timings=Timings(
@@ -41,3 +45,4 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
             total=watch.total,
         ),
     )
+    return judged(report)

@@ -14,6 +14,8 @@ from meshcone.certify import certify
 from meshcone.conflict_words import in_words
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
+from meshcone.gates.judge import judged
+from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.outcome import decide_outcome
 from meshcone.pair import Pair, read_pair
@@ -65,10 +67,11 @@ def refine(
         progress: called between stages and rounds.
 
     Raises:
-        InputError, LimitError: a file cannot be used; the message says which and why.
+        InputError, LimitError: a file or a gate cannot be used; the message says which and why.
         InfeasibleError: the requested constraints contradict each other.
         SolveTimeoutError: ``options.solver.time_limit`` passed.
     """
+    require_known(options.gates, "refine")
     tracker = _Tracker(progress)
     watch = Stopwatch()
     tracker.enter("read")
@@ -96,7 +99,7 @@ def refine(
         data=written.data,
         media_type=pair.source_asset.media_type,
         # Only now is the last stage over.
-        report=report.model_copy(update={"timings": _timings(watch)}),
+        report=judged(report.model_copy(update={"timings": _timings(watch)})),
         certificate=_certificate(pair, options, solved, written),
     )
 

@@ -1,0 +1,170 @@
+"""Holding a report against gates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from meshcone.gates.paths import Found, find, value_at
+from meshcone.gates.records import GateCheck, GateVerdict, Status
+from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
+from meshcone.gates.units import is_distance
+from meshcone.gates.words import name_of, number, point, stated
+from meshcone.report import MeasureReport, Report
+
+AnyReport = Report | MeasureReport
+SameReport = TypeVar("SameReport", Report, MeasureReport)
+
+# Below this, relative to the radius, a distance is the rounding of the files' own numbers.
+ROUNDING = 1e-9
+_DEVIATION = "point_to_surface"
+
+
+def judged(report: SameReport) -> SameReport:
+    """Return the report with the verdict of the gates its options ask for, if they do."""
+    gates = report.options.gates
+    return report.model_copy(update={"gates": judge(report, gates)}) if gates else report
+
+
+def judge(report: AnyReport, gates: GateTable) -> GateVerdict:
+    """Check every bound against a report.
+
+    A value the report leaves open is ``not_tested``, which is no pass. A bound itself is
+    allowed. What is smaller than rounding counts as 0, so that a multiple of a floor of 0
+    allows 0 and nothing else.
+
+    Args:
+        report: of a refinement or a measurement.
+        gates: by the name of a value; see :func:`meshcone.gates.paths.require_known`.
+    """
+    checks = (
+        _check(report, key, rule, bound, allowed)
+        for key, rule in gates.items()
+        for bound, allowed in rule.bounds().items()
+    )
+    return GateVerdict.of(tuple(checks))
+
+
+def _check(
+    report: AnyReport, key: str, rule: GateRule, bound: Bound, allowed: Allowed
+) -> GateCheck:
+    found = find(report, key)
+    if found is None or found.value is None:
+        finding = _Finding(None, None, "not_tested", f"{name_of(key)}: {_why_open(found)}")
+    elif isinstance(found.value, bool | str):
+        finding = _compare_words(key, found.value, allowed)
+    else:
+        assert isinstance(allowed, float)  # noqa: S101 - require_known has seen to it
+        finding = _Comparison(report, key, rule, bound, allowed).with_value(found.value)
+    return GateCheck(
+        key=key,
+        bound=bound,
+        allowed=allowed,
+        value=finding.value,
+        limit=finding.limit,
+        path=found.path if found else None,
+        severity=rule.severity,
+        status=finding.status,
+        words=finding.words,
+        position=finding.position,
+    )
+
+
+@dataclass(frozen=True)
+class _Finding:
+    value: float | bool | str | None
+    limit: float | None
+    status: Status
+    words: str
+    position: tuple[float, float, float] | None = None
+
+
+def _why_open(found: Found | None) -> str:
+    if found is None:
+        return "not tested, because the report has no such section"
+    return "not tested"
+
+
+def _compare_words(key: str, value: bool | str, allowed: Allowed) -> _Finding:
+    fits = value in allowed if isinstance(allowed, tuple) else value == allowed
+    words = f"{name_of(key)}: {stated(value)}"
+    words += "" if fits else f", must be {stated(allowed)}"
+    return _Finding(value, None, "pass" if fits else "fail", words)
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """One numeric bound on one value."""
+
+    report: AnyReport
+    key: str
+    rule: GateRule
+    bound: Bound
+    allowed: float
+
+    def with_value(self, value: float) -> _Finding:
+        """Compare the value the report states."""
+        base = self._base()
+        if self.bound.endswith("_model"):
+            value, limit = value * self.report.frame.radius, self.allowed
+        else:
+            limit = self.allowed if base is None else self.allowed * base
+        within = _at_most(value, limit) if self._is_upper else _at_most(limit, value)
+        words = "".join(self._words(value, limit, base, within=within))
+        position = None if within else self._worst_position()
+        return _Finding(value, limit, "pass" if within else "fail", words, position)
+
+    @property
+    def _is_upper(self) -> bool:
+        return self.bound.startswith("max")
+
+    def _base(self) -> float | None:
+        """What a ratio is to: the metric of the input or the floor."""
+        for section in ("input", "floor"):
+            if self.bound.endswith(f"_to_{section}"):
+                return float(value_at(self.report, f"quality.{section}.{self.key}"))
+        return None
+
+    def _words(
+        self, value: float, limit: float, base: float | None, *, within: bool
+    ) -> Iterator[str]:
+        yield f"{name_of(self.key)} {self._with_unit(value, limit)}"
+        if base is not None:
+            yield f", {self._whose()} {number(base)}"
+        if not within and (worst := self._worst_position()) is not None:
+            yield f"{'' if self.key.endswith('.max') else ', worst'} near {point(worst)}"
+        yield ", allowed " if self._is_upper else ", at least "
+        if base is None:
+            yield self._with_unit(limit, value)
+        else:
+            yield f"{number(self.allowed)} times that"
+        if not self._is_upper:
+            yield " required"
+
+    def _whose(self) -> str:
+        return "the input's" if self.bound.endswith("_to_input") else "the floor"
+
+    def _with_unit(self, value: float, beside: float) -> str:
+        unit = self.rule.unit or "units"
+        if self.bound.endswith("_model"):
+            return f"{number(value, beside)} {unit}"
+        if self.bound in ("max", "min") and is_distance(self.key):
+            model = number(value * self.report.frame.radius)
+            return f"{number(value, beside)} of the radius ({model} {unit})"
+        return number(value, beside)
+
+    def _worst_position(self) -> tuple[float, float, float] | None:
+        if self.key.partition(".")[0] != _DEVIATION:
+            return None
+        quality, frame = self.report.quality, self.report.frame
+        judged = quality.input if quality.refined is None else quality.refined
+        x, y, z = (
+            centre + frame.radius * share
+            for centre, share in zip(frame.centre, judged.point_to_surface.max_at, strict=True)
+        )
+        return (x, y, z)
+
+
+def _at_most(value: float, limit: float) -> bool:
+    return value <= limit or (abs(value) <= ROUNDING and abs(limit) <= ROUNDING)

@@ -1,0 +1,69 @@
+"""What a check found, in words for whoever made the asset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from meshcone.gates.rules import Allowed
+
+_NAMES = {
+    "point_to_surface.mean": "mean deviation",
+    "point_to_surface.rms": "root mean square deviation",
+    "point_to_surface.p95": "deviation of all but the worst 5 % of the surface",
+    "point_to_surface.max": "worst deviation",
+    "chamfer": "chamfer distance (squared)",
+    "chamfer_l1": "chamfer distance",
+    "hausdorff": "Hausdorff distance of the samples",
+    "hausdorff95": "Hausdorff distance of all but the worst 5 % of the samples",
+    "emd": "earth mover's distance",
+    "normal_consistency": "agreement of normals with the nearest sample",
+    "surface_normal_consistency": "agreement of normals with the closest face",
+    "normal_deviation_deg": "mean deviation of normals, in degrees,",
+    "curvature_error": "mean error of curvature",
+    "fscore": "F-score",
+    "aspect_ratio.mean": "mean aspect ratio of the faces",
+    "aspect_ratio.median": "median aspect ratio of the faces",
+    "aspect_ratio.share_over_4": "share of slivers among the faces",
+    "validity.watertight": "watertight",
+    "validity.boundary_edges": "number of edges on open borders",
+    "validity.non_manifold_edges": "number of edges where more than two faces meet",
+    "validity.opposed_edges": "number of edges between faces turned in opposite directions",
+    "validity.degenerate_faces": "number of faces without area",
+    "validity.duplicate_faces": "number of faces that are there twice",
+    "validity.flipped_faces": "number of faces turned over by the refinement",
+    "validity.self_intersections": "number of pairs of faces that pass through each other",
+    "validity.components": "number of separate pieces",
+    "displacement.mean": "mean movement of the vertices",
+    "displacement.max": "largest movement of a vertex",
+    "certificate.holds": "certificate of the solution",
+}
+_LEAST_DIGITS, _MOST_DIGITS = 3, 17  # 17 decimal digits tell any two doubles apart
+
+
+def name_of(key: str) -> str:
+    """Name a value of the report in words; by its key where there are none."""
+    return _NAMES.get(key, key)
+
+
+def number(value: float, beside: float | None = None) -> str:
+    """Write a number with as few digits as leave it different from the one it stands beside."""
+    for digits in range(_LEAST_DIGITS, _MOST_DIGITS + 1):
+        written = f"{value:.{digits}g}"
+        if beside is None or value == beside or written != f"{beside:.{digits}g}":
+            break
+    # Counts are written in full, whatever their number of digits.
+    return f"{value:.0f}" if float(value).is_integer() and abs(value) < 1e9 else written
+
+
+def point(position: Iterable[float]) -> str:
+    """Write a position."""
+    return f"({', '.join(f'{value:.4g}' for value in position)})"
+
+
+def stated(value: Allowed) -> str:
+    """Write a truth value, a word or the words allowed."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return " or ".join(f"'{word}'" for word in value)
+    return number(value) if isinstance(value, float) else f"'{value}'"
