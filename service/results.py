@@ -33,7 +33,7 @@ _CERTIFICATE: dict[int | str, dict[str, Any]] = {
     200: {"content": {"application/zip": {"schema": {"type": "string"}}}},
     304: {"description": "the copy named by If-None-Match is current"},
     404: {
-        "description": "there is no certificate: the input was kept as it was",
+        "description": "there is no certificate: nothing was refined, or the input was kept",
         "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
     },
 }
@@ -73,6 +73,7 @@ def get_diagnostics(
     """What the solver did in each round; as a table of iterations for `Accept: text/csv`."""
     if accept is not None and accept.strip().startswith("text/csv"):
         return get_diagnostics_table(record, context)
+    _artifact(record, "diagnostics_csv")  # what refined nothing has neither
     report = json.loads(context.blobs.get(_artifact(record, "report").digest))
     return Response(json.dumps(report["solver"]), media_type="application/json")
 
@@ -90,8 +91,15 @@ def _artifact(record: JobRecord, name: str) -> Artifact:
         error = problem_of(record.error) if record.error else None
         raise ProblemError(problem("job-failed", f"the job {_ended(record)}", error=error))
     if name not in record.artifacts:
-        raise ProblemError(problem("not-found", f"the job has no {name}: it kept its input"))
+        named = name.removesuffix("_csv")
+        raise ProblemError(problem("not-found", f"the job has no {named}: {_why_none(record)}"))
     return record.artifacts[name]
+
+
+def _why_none(record: JobRecord) -> str:
+    # A record of an earlier version has no mode; it was refined.
+    measured = record.options.get("mode") == "measure"
+    return "it measured and refined nothing" if measured else "it kept its input"
 
 
 def _ended(record: JobRecord) -> str:

@@ -11,6 +11,13 @@ from service.problems import Problem, problem_of
 from worker.records import JobProgress, JobRecord, JobState, StoredFile
 
 JOBS_PATH = "/v1/jobs"
+# Where each artifact of a job is, below the job.
+_RESULTS = {
+    "mesh": "mesh",
+    "report": "report",
+    "certificate": "certificate",
+    "diagnostics_csv": "diagnostics.csv",
+}
 
 
 class SentFile(BaseModel):
@@ -30,17 +37,19 @@ class JobLinks(BaseModel):
     """Where to go from here; results have links once the job has succeeded."""
 
     self: str
-    mesh: str | None = None
+    mesh: str | None = Field(default=None, description="absent where nothing was refined")
     report: str | None = None
     certificate: str | None = Field(
-        default=None, description="absent where the input was kept as it was"
+        default=None, description="absent where nothing was refined or the input was kept as it was"
     )
-    diagnostics: str | None = None
-    diagnostics_csv: str | None = None
+    diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
+    diagnostics_csv: str | None = Field(
+        default=None, description="absent where nothing was refined"
+    )
 
 
 class Job(BaseModel):
-    """A refinement, from its submission on."""
+    """A refinement or a measurement, from its submission on."""
 
     id: str
     state: JobState
@@ -94,13 +103,7 @@ def job_path(job_id: str) -> str:
 
 def _links(record: JobRecord) -> JobLinks:
     path = job_path(record.id)
-    if record.state != "succeeded":
-        return JobLinks(self=path)
-    return JobLinks(
-        self=path,
-        mesh=f"{path}/mesh",
-        report=f"{path}/report",
-        certificate=f"{path}/certificate" if "certificate" in record.artifacts else None,
-        diagnostics=f"{path}/diagnostics",
-        diagnostics_csv=f"{path}/diagnostics.csv",
-    )
+    links = {name: f"{path}/{tail}" for name, tail in _RESULTS.items() if name in record.artifacts}
+    if "diagnostics_csv" in links:
+        links["diagnostics"] = f"{path}/diagnostics"
+    return JobLinks(self=path, **links)

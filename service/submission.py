@@ -13,7 +13,7 @@ from worker.records import JobRecord, StoredFile
 
 
 def check_meshes(submission: Submission) -> None:
-    """Read both meshes, so that a file nobody could refine is refused before anything is kept.
+    """Read both meshes, so that a file nobody could work on is refused before anything is kept.
 
     Raises:
         InputError: a file is no mesh, or names a resource that was not sent.
@@ -24,7 +24,8 @@ def check_meshes(submission: Submission) -> None:
         read_asset(upload.name, upload.read(), resources)
         for upload in (submission.source, submission.reference)
     )
-    source.ensure_writable(submission.options.normals)
+    if submission.options.mode == "refine":
+        source.ensure_writable(submission.options.normals)
 
 
 def accept(submission: Submission, context: Context) -> JobRecord:

@@ -10,6 +10,7 @@ from fastapi import Request
 from starlette.datastructures import FormData, UploadFile
 
 from meshcone.errors import InputError, LimitError
+from meshcone.gates.paths import require_known
 from meshcone.options import Options, parse_options_json
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
@@ -127,10 +128,15 @@ async def _options(form: FormData) -> Options:
     if value is None:
         raise InputError("form field 'options' is missing: send {} for the defaults")
     if isinstance(value, str):
-        return parse_options_json(value)
+        return _sound(parse_options_json(value))
     if (value.size or 0) > OPTIONS_BYTES:
         raise LimitError(f"options are longer than the {OPTIONS_BYTES} bytes accepted here")
-    return parse_options_json(await value.read())
+    return _sound(parse_options_json(await value.read()))
+
+
+def _sound(options: Options) -> Options:
+    require_known(options.gates, options.mode)
+    return options
 
 
 def _label(form: FormData) -> str | None:

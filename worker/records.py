@@ -73,8 +73,8 @@ class JobRecord(_Frozen):
     Attributes:
         attempt: how often it has been started.
         options: every option with its resolved value.
-        artifacts: what it made, by name: ``mesh``, ``report``, ``diagnostics_csv``
-            and, unless the input was kept, ``certificate``.
+        artifacts: what it made, by name: ``report`` and, of a refinement, ``mesh``,
+            ``diagnostics_csv`` and, unless the input was kept, ``certificate``.
     """
 
     id: str

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import logging
-from pathlib import PurePath
+from collections.abc import Mapping
 
 from rq.timeouts import JobTimeoutException
 
 from meshcone.errors import LimitError, MeshConeError, SolveTimeoutError
 from meshcone.files import MeshFile
+from meshcone.measure import measure
 from meshcone.options import parse_options
-from meshcone.refine import Refinement, refine
-from meshcone.report import diagnostics_csv
+from meshcone.progress import ProgressCallback
+from meshcone.refine import refine
 from meshcone.settings import load_settings
+from worker.artifacts import ArtifactFile, of_measurement, of_refinement
 from worker.blobs import BlobStore
 from worker.connections import connect_text
 from worker.failures import TIMEOUT_MESSAGE, give_up_attempt
@@ -51,13 +53,8 @@ def _run_attempt(ledger: Ledger, blobs: BlobStore, job_id: str, attempt: int) ->
     record = ledger.get(job_id)
     error: MeshConeError
     try:
-        refinement = refine(
-            _mesh_file(blobs, record.source, record.resources),
-            _mesh_file(blobs, record.reference, record.resources),
-            parse_options(record.options),
-            progress=ProgressReporter(ledger, job_id, attempt),
-        )
-        artifacts = _store_artifacts(blobs, record, refinement)
+        files = _work(record, blobs, ProgressReporter(ledger, job_id, attempt))
+        artifacts = _stored(blobs, files)
     except MeshConeError as found:
         error = found
     except JobTimeoutException:
@@ -71,6 +68,18 @@ def _run_attempt(ledger: Ledger, blobs: BlobStore, job_id: str, attempt: int) ->
     ledger.fail(job_id, attempt, JobError.of(error))
 
 
+def _work(
+    record: JobRecord, blobs: BlobStore, progress: ProgressCallback
+) -> dict[str, ArtifactFile]:
+    options = parse_options(record.options)
+    source, reference = (
+        _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
+    )
+    if options.mode == "measure":
+        return of_measurement(record.source.name, measure(source, reference, options))
+    return of_refinement(record.source.name, refine(source, reference, options, progress))
+
+
 def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:
     return MeshFile(
         file.name,
@@ -79,29 +88,13 @@ def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, 
     )
 
 
-def _certificate(stem: str, refinement: Refinement) -> dict[str, tuple[bytes, str, str]]:
-    if refinement.certificate is None:
-        return {}
-    # An .npz has no media type of its own; what it is is a ZIP archive.
-    name = f"{stem}.report.certificate.npz"  # where `meshcone verify` looks beside the report
-    return {"certificate": (refinement.certificate, "application/zip", name)}
-
-
-def _store_artifacts(
-    blobs: BlobStore, record: JobRecord, refinement: Refinement
-) -> dict[str, Artifact]:
-    report = refinement.report.model_dump_json().encode()
-    table = diagnostics_csv(refinement.report.solver).encode()
-    stem = PurePath(record.source.name).stem
-    contents = {
-        **_certificate(stem, refinement),
-        "mesh": (refinement.data, refinement.media_type, refinement.name),
-        "report": (report, "application/json", f"{stem}.report.json"),
-        "diagnostics_csv": (table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"),
-    }
+def _stored(blobs: BlobStore, files: Mapping[str, ArtifactFile]) -> dict[str, Artifact]:
     return {
         name: Artifact(
-            digest=blobs.put(data), media_type=media_type, filename=filename, size=len(data)
+            digest=blobs.put(file.data),
+            media_type=file.media_type,
+            filename=file.filename,
+            size=len(file.data),
         )
-        for name, (data, media_type, filename) in contents.items()
+        for name, file in files.items()
     }
