@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 from stored import read_stored
 
-from meshcone.assets import Asset, read_asset
+from meshcone.assets import Asset, WritePolicy, read_asset
 from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
 from meshcone.options import Formulation, Options
@@ -85,7 +85,7 @@ def degraded(original: MeshFile) -> MeshFile:
     radius = Frame.of(Mesh(asset.vertices, asset.faces)).radius
     noise = np.random.default_rng(SEED).normal(scale=NOISE * radius, size=asset.vertices.shape)
     # The normals stay the original's: noise belongs in the shape alone.
-    data = asset.patched(asset.vertices + noise, normals="keep")
+    data = asset.patched(asset.vertices + noise, WritePolicy(normals="keep"))
     return MeshFile(original.name, data, original.resources)
 
 

@@ -58,7 +58,7 @@ class SurfaceFormulation(Formulated):
     """
 
     def __init__(self, pair: Pair, options: Options) -> None:
-        labels = SourceLabels(pair.source_asset.regions, pair.source_asset.weld)
+        labels = SourceLabels(pair.source_asset.regions, pair.source_asset.weld, pair.fixed)
         self.problems = SurfaceProblems(
             pair.source, pair.reference, options, pair.frame.radius, labels
         )

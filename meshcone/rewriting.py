@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshcone.assets import Asset
-from meshcone.assets.base import NormalsPolicy
 from meshcone.errors import InputError
 from meshcone.pair import Pair
 from meshcone.surface.arrays import Floats
@@ -31,15 +30,13 @@ class Rewriting:
     identical: bool
 
 
-def compare_with_rewritten(
-    pair: Pair, answer: Floats, refined: bytes, normals: NormalsPolicy
-) -> Rewriting:
+def compare_with_rewritten(pair: Pair, answer: Floats, refined: bytes) -> Rewriting:
     """Write an answer (n, 3) in the frame into the source, and compare a refined file.
 
     Raises:
         InputError, LimitError: the refined file cannot be read, or is of another mesh.
     """
-    rewritten = pair.patched(answer, normals)
+    rewritten = pair.patched(answer)
     expected, found = pair.read_patched(rewritten), pair.read_patched(refined)
     if not _same_structure(expected, found):
         raise InputError("the refined file has other vertices or faces than the source")

@@ -108,7 +108,7 @@ def verify(
         _same("options", report.options == document.options),
         _same("alignment", _stated_alignment(report) == document.alignment),
     ]
-    unplaced = read_pair(source, reference)
+    unplaced = read_pair(source, reference).under(report.options)
     try:
         pair = _placed(unplaced, report.options, document.alignment)
     except InputError as error:
@@ -147,7 +147,7 @@ def _check_answer(
         return [Check("program", False, str(error))]
     answer = problem.out_of_program(final.positions)
     try:
-        rewriting = compare_with_rewritten(pair, answer, refined.data, report.options.normals)
+        rewriting = compare_with_rewritten(pair, answer, refined.data)
     except (InputError, LimitError) as error:
         return [Check("written", False, str(error))]
     found = certify(

@@ -25,7 +25,7 @@ def check_meshes(submission: Submission) -> None:
         for upload in (submission.source, submission.reference)
     )
     if submission.options.mode == "refine":
-        source.ensure_writable(submission.options.normals)
+        source.ensure_writable(source.policy(submission.options))
 
 
 def accept(submission: Submission, context: Context) -> JobRecord:

@@ -2,6 +2,7 @@
 
 from meshcone.assets.base import Asset, AssetCounts
 from meshcone.assets.limits import Limits
+from meshcone.assets.policy import WritePolicy
 from meshcone.assets.reader import read_asset
 
-__all__ = ["Asset", "AssetCounts", "Limits", "read_asset"]
+__all__ = ["Asset", "AssetCounts", "Limits", "WritePolicy", "read_asset"]

@@ -6,16 +6,18 @@ import abc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.divisions import Division, select_faces
+from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
+from meshcone.options import Options, SelectOptions
 
-NormalsPolicy = Literal["recompute", "keep"]
+_DEFAULT = WritePolicy()
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,35 @@ class Asset(abc.ABC):
         """The file's sizes."""
         return self._counts
 
-    def ensure_writable(self, normals: NormalsPolicy = "recompute") -> None:  # noqa: B027
+    def policy(self, options: Options) -> WritePolicy:
+        """What options mean for writing this file.
+
+        Raises:
+            InputError: nothing has a name that is asked for, or nothing is left to move.
+        """
+        return WritePolicy(
+            normals=options.normals,
+            instances=options.instances,
+            draco=options.draco,
+            selected=self._selected(options.select),
+        )
+
+    def _selected(self, chosen: SelectOptions) -> NDArray[np.bool_] | None:
+        if not chosen.given():
+            return None
+        with naming(self.name):
+            selected = select_faces(self._divisions(), chosen, len(self.faces))
+            if not selected.any():
+                raise InputError("option 'select': no face is in all of the parts it names")
+            fixed = WritePolicy(selected=selected).fixed_vertices(self.faces, len(self.vertices))
+            if fixed.all():
+                raise InputError(
+                    "option 'select': nothing can move, for every vertex of the parts it names "
+                    "is shared with others"
+                )
+        return selected
+
+    def ensure_writable(self, policy: WritePolicy = _DEFAULT) -> None:  # noqa: B027
         """Check, without new positions yet, that ``patched`` will be able to write.
 
         Formats that are always writable have nothing to check.
@@ -106,7 +136,11 @@ class Asset(abc.ABC):
             InputError: saying what in the file stands in the way.
         """
 
-    def patched(self, vertices: NDArray[np.float64], normals: NormalsPolicy = "recompute") -> bytes:
+    def changes(self, policy: WritePolicy) -> tuple[str, ...]:  # noqa: ARG002
+        """What writing changes of the file besides positions and normals, a sentence each."""
+        return ()
+
+    def patched(self, vertices: NDArray[np.float64], policy: WritePolicy = _DEFAULT) -> bytes:
         """Write the same file with its welded vertices somewhere else.
 
         Every raw vertex takes the position of its welded vertex; raw vertices no face uses
@@ -115,8 +149,7 @@ class Asset(abc.ABC):
 
         Args:
             vertices: (n, 3) new world-space positions of ``self.vertices``.
-            normals: ``recompute`` also writes stored normals (see ``normals.py`` for the
-                rule), ``keep`` leaves them alone.
+            policy: what else may change. Vertices it does not select stay.
 
         Raises:
             InputError: the format, or something in this file, cannot be written back.
@@ -128,11 +161,16 @@ class Asset(abc.ABC):
         if not np.isfinite(vertices).all():
             raise ValueError("vertices must be finite")
         with naming(self.name):
-            self.ensure_writable(normals)
-            return self._write(vertices, normals)
+            self.ensure_writable(policy)
+            fixed = policy.fixed_vertices(self.faces, len(self.vertices))
+            return self._write(np.where(fixed[:, None], self.vertices, vertices), policy)
 
     @abc.abstractmethod
-    def _write(self, vertices: NDArray[np.float64], normals: NormalsPolicy) -> bytes: ...
+    def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes: ...
+
+    def _divisions(self) -> dict[str, Division]:
+        """The ways the file is divided, by the name of their option."""
+        return {}
 
     def _scattered(
         self, vertices: NDArray[np.float64]

@@ -29,6 +29,7 @@ def recompute_normals(
     corners: NDArray[np.int64],
     weld: NDArray[np.int64],
     stored: NDArray[np.float64],
+    selected: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Apply the rule above.
 
@@ -42,6 +43,8 @@ def recompute_normals(
         corners: (m, 3) shading vertex at each corner of ``faces``; -1 without a normal.
         weld: (s,) welded vertex of each shading vertex, -1 if unused.
         stored: (s, 3) stored normals, in the same space as the vertices.
+        selected: (m,) faces whose shading may change, or None for all; a shading vertex that
+            another face uses keeps its normal.
 
     Returns:
         (s, 3) unit normals, meaningful where the second, (s,), says a new one is due.
@@ -69,6 +72,9 @@ def recompute_normals(
     if len(firsts) == 0:
         return stored.copy(), np.zeros(len(weld), dtype=bool)
     renewed = (group >= 0) & due[group]
+    if selected is not None:
+        others = corners[~selected]
+        renewed[others[others >= 0]] = False
     return np.where(renewed[:, None], new_mean[group], stored), renewed
 
 

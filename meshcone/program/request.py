@@ -11,7 +11,7 @@ from meshcone.options import ConeOptions, EdgeCapOptions
 from meshcone.program.cones import ConeFamily, DisplacementCaps, EdgeCaps, Pins, ToleranceBand
 from meshcone.program.surface_objective import PlanePull
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,12 @@ class SourceLabels:
     Attributes:
         regions: (m,) material or group of each face.
         weld: (r,) welded vertex of each vertex of the file, −1 for an unused one.
+        fixed: (n,) welded vertices that stay whatever is pinned, or None for none.
     """
 
     regions: Ints
     weld: Ints
+    fixed: Bools | None = None
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,8 @@ def _local_medians(source: Mesh) -> Floats:
 
 
 def _pinned_vertices(source: Mesh, asked: ConeOptions, labels: SourceLabels) -> Ints:
-    chosen = np.zeros(len(source.vertices), dtype=bool)
+    none = np.zeros(len(source.vertices), dtype=bool)
+    chosen = none if labels.fixed is None else labels.fixed.copy()
     for index in asked.pin.vertices:
         if index >= len(labels.weld):
             raise InputError(

@@ -7,18 +7,20 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.base import Asset, NormalsPolicy, naming
-from meshcone.assets.gltf.accessors import Accessors
-from meshcone.assets.gltf.affine import restore_points
-from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.container import Container, join_glb, split_glb
-from meshcone.assets.gltf.document import Document, parse_document
+from meshcone.assets.base import Asset, naming
+from meshcone.assets.divisions import Division
+from meshcone.assets.gltf.container import Container, split_glb
+from meshcone.assets.gltf.divisions import scene_divisions
+from meshcone.assets.gltf.model import Model
+from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.regions import scene_regions
-from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.shading import write_shading
+from meshcone.assets.gltf.split import split_shared
+from meshcone.assets.gltf.widen import widen_positions
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
+from meshcone.assets.policy import WritePolicy
 from meshcone.assets.weld import weld_surface
 
 
@@ -43,72 +45,78 @@ class GltfAsset(Asset):
     Reading takes every triangle the default scene draws, instances included. Writing moves
     vertices through the inverse of their node's transform, in the type they are stored in,
     and changes no byte besides them, their normals, tangents and declared bounds. A mesh
-    that several nodes use can be read, as a reference, but not written.
+    that several nodes use can be read, as a reference; to be written it is split first.
     """
 
     format = "gltf"
     media_type = "model/gltf+json"
 
-    def __init__(
-        self,
-        name: str,
-        data: bytes,
-        container: Container | None,
-        document: Document,
-        accessors: Accessors,
-        scene: Scene,
-    ) -> None:
+    def __init__(self, name: str, data: bytes, model: Model) -> None:
+        scene = model.scene
         super().__init__(
             name,
             weld_surface(scene.positions, scene.triangles),
-            regions=scene_regions(document.root, scene),
+            regions=scene_regions(model.document.root, scene),
             polygons=sum(len(placed.triangles) for placed in scene.primitives),
             meshes=len({block.placement.node for block in scene.blocks}),
             materials=len({placed.primitive.material for placed in scene.primitives} - {None}),
             warnings=scene.warnings,
         )
-        if container is not None:
+        if model.container is not None:
             self.format = "glb"
             self.media_type = "model/gltf-binary"
         self._data = data
-        self._container = container
-        self._document = document
-        self._accessors = accessors
-        self._scene = scene
+        self._model = model
 
-    def ensure_writable(self, normals: NormalsPolicy = "recompute") -> None:
-        """Check that every vertex has bytes of its own to move.
+    def ensure_writable(self, policy: WritePolicy | None = None) -> None:
+        """Check that every vertex that may move has, or can get, bytes of its own.
 
         Raises:
             InputError: naming the mesh, accessor or node that stands in the way.
         """
         with naming(self.name):
-            check_ownership(self._document, self._accessors, self._scene, self._surface, normals)
+            self._writable(policy or WritePolicy())
 
-    def _write(self, vertices: NDArray[np.float64], normals: NormalsPolicy) -> bytes:
-        positions, moved = self._scattered(vertices)
-        editor = BufferEditor(self._accessors)
-        for block in self._scene.blocks:
-            rows = np.flatnonzero(moved[block.rows])
-            world = positions[block.rows][rows]
-            editor.store(block.accessor, rows, restore_points(block.placement.matrix, world))
-        if normals == "recompute" and moved.any():
-            write_shading(editor, self._scene, self._surface, vertices)
-        changed = editor.changed_buffers()
-        if not changed:
-            return self._data
-        text = editor.new_json(self._document, changed)
-        if self._container is None:
-            return text.encode()
-        binary = next(
-            (
-                data
-                for index, data in changed.items()
-                if self._accessors.buffers[index].source == "binary"
-            ),
-            None,
+    def changes(self, policy: WritePolicy) -> tuple[str, ...]:
+        """See :meth:`Asset.changes`."""
+        before = self._model.document.root
+        after = self._writable(policy).document.root
+        copied = len(after.children("meshes")) - len(before.children("meshes"))
+        apart = len(after.children("accessors")) - len(before.children("accessors"))
+        if not apart:
+            return ()
+        return (
+            f"vertex data shared by several nodes or meshes were split: {copied} meshes and "
+            f"{apart} accessors were added",
         )
-        return join_glb(self._container, text, binary)
+
+    def _writable(self, policy: WritePolicy) -> Model:
+        """The model to write into: what is shared is split, if the policy says so."""
+        model = self._model
+        if policy.instances == "split":
+            moving = Moving.of(model.scene, self._surface, policy)
+            split = split_shared(model.document, model.accessors, moving)
+            model = model.rebuilt(*split) if split else model
+        check_ownership(
+            model.document, model.accessors, Moving.of(model.scene, self._surface, policy)
+        )
+        return model
+
+    def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
+        positions, moved = self._scattered(vertices)
+        if not moved.any():
+            return self._data
+        model = self._writable(policy)
+        widened = widen_positions(model, positions, moved)
+        model = model.rebuilt(*widened) if widened else model
+        editor = BufferEditor(model.accessors)
+        model.store_positions(editor, positions, moved)
+        if policy.normals == "recompute":
+            write_shading(editor, model.scene, self._surface, vertices, policy.selected)
+        return model.to_bytes(editor)
+
+    def _divisions(self) -> dict[str, Division]:
+        return scene_divisions(self._model.document.root, self._model.scene, self._surface.kept)
 
 
 def _read(
@@ -118,8 +126,4 @@ def _read(
     resources: Mapping[str, bytes],
     limits: Limits,
 ) -> GltfAsset:
-    document = parse_document(data if container is None else container.json, limits)
-    buffers = Buffers(document, container.binary if container else None, resources)
-    accessors = Accessors(document, buffers, limits)
-    scene = read_scene(document, accessors, limits)
-    return GltfAsset(name, data, container, document, accessors, scene)
+    return GltfAsset(name, data, Model.read(data, container, resources, limits))

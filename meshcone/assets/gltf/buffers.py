@@ -49,6 +49,21 @@ class Buffers:
         self._resources = resources
         self._loaded: dict[int, Buffer] = {}
 
+    @property
+    def binary(self) -> bytes | None:
+        """The BIN chunk, if there is one."""
+        return self._binary
+
+    def belonging_to(self, document: Document, binary: bytes | None) -> Buffers:
+        """The buffers of a changed document.
+
+        Args:
+            document: it; buffers that changed hold their data themselves.
+            binary: the new BIN chunk, or None where that has not changed.
+        """
+        kept = self._binary if binary is None else binary
+        return Buffers(document, kept, self._resources)
+
     def __len__(self) -> int:
         return len(self._elements)
 

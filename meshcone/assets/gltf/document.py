@@ -56,6 +56,10 @@ class Document:
     text: str
     root: Element
 
+    def changed(self, text: str) -> Document:
+        """The document after changes to its text that keep it valid."""
+        return Document(text, Element(json.loads(text.removeprefix("\ufeff"))))
+
     def uses(self, extension: str) -> bool:
         """Whether the document lists an extension as used or required."""
         return extension in self.root.texts("extensionsUsed") or extension in self.root.texts(

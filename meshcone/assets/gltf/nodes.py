@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,9 @@ from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
 _IDENTITY = np.eye(4)
+
+# A node and those above it. Linked, for a list at each node would grow with the tree's depth.
+Lineage = tuple[int, "Lineage | None"]
 
 
 @dataclass(frozen=True)
@@ -24,12 +28,21 @@ class Placement:
         matrix: (4, 4) from mesh to world, column vectors; the identity for a skinned mesh,
             whose node's transform is ignored (section 3.7.3.3).
         skinned: whether the node has a skin.
+        lineage: the node and those above it.
     """
 
     node: int
     mesh: int
     matrix: NDArray[np.float64]
     skinned: bool
+    lineage: Lineage
+
+    def path(self) -> Iterator[int]:
+        """The node, its parent, and so on up to a root."""
+        link: Lineage | None = self.lineage
+        while link is not None:
+            node, link = link
+            yield node
 
 
 def place_meshes(root: Element, limits: Limits) -> list[Placement]:
@@ -44,11 +57,12 @@ def place_meshes(root: Element, limits: Limits) -> list[Placement]:
     nodes = root.children("nodes")
     meshes = len(root.children("meshes"))
     children = [node.references("children", len(nodes), "node") for node in nodes]
-    waiting = [(node, _IDENTITY, 1) for node in reversed(_roots(root, children))]
+    waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None]]
+    waiting = [(node, _IDENTITY, 1, None) for node in reversed(_roots(root, children))]
     seen: set[int] = set()
     placements = []
     while waiting:
-        index, parent, depth = waiting.pop()
+        index, parent, depth, above = waiting.pop()
         node = nodes[index]
         if index in seen:
             raise InputError(
@@ -63,8 +77,10 @@ def place_meshes(root: Element, limits: Limits) -> list[Placement]:
         mesh = node.reference("mesh", meshes, "mesh")
         if mesh is not None:
             skinned = "skin" in node.value
-            placements.append(Placement(index, mesh, _IDENTITY if skinned else world, skinned))
-        waiting += [(child, world, depth + 1) for child in reversed(children[index])]
+            matrix = _IDENTITY if skinned else world
+            placements.append(Placement(index, mesh, matrix, skinned, (index, above)))
+        here = (index, above)
+        waiting += [(child, world, depth + 1, here) for child in reversed(children[index])]
     return placements
 
 

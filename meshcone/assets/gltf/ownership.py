@@ -12,12 +12,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from meshcone.assets.base import NormalsPolicy
-from meshcone.assets.gltf.accessors import Accessor, Accessors, Region
+from meshcone.assets.gltf.accessors import Accessors, Region
 from meshcone.assets.gltf.affine import is_singular
 from meshcone.assets.gltf.document import Document
-from meshcone.assets.gltf.scene import Block, Scene, mesh_name
-from meshcone.assets.weld import WeldedSurface
+from meshcone.assets.gltf.moving import Moving
+from meshcone.assets.gltf.scene import Block, mesh_name
 from meshcone.errors import InputError
 
 # Attribute, node, and the bytes of the positions it belongs to.
@@ -27,67 +26,58 @@ Owner = tuple[str, int, tuple[Region, ...]]
 _COMPARED_BYTES_PER_BYTE = 64
 
 
-def check_ownership(
-    document: Document,
-    accessors: Accessors,
-    scene: Scene,
-    surface: WeldedSurface,
-    normals: NormalsPolicy,
-) -> None:
-    """Check that every vertex the surface uses has bytes of its own.
+def check_ownership(document: Document, accessors: Accessors, moving: Moving) -> None:
+    """Check that every vertex that may move has bytes of its own.
 
     Raises:
         InputError: a mesh or accessor is used twice, a node flattens its mesh, positions are
             also stored compressed or not stored at all, or bytes are shared.
     """
-    _check_instances(document, scene)
-    for block in scene.blocks:
-        _check_block(document, accessors, block, surface)
-    for placed in scene.primitives:
+    _check_instances(document, moving.blocks)
+    for block in moving.blocks:
+        _check_block(document, accessors, block, moving)
+    for placed in moving.primitives:
         if placed.primitive.compressed:
             raise InputError(
                 "the positions are also stored compressed, and that copy would go stale; "
                 "export without compression",
                 place=placed.primitive.element.pointer,
             )
-    owners = _owners(scene, normals)
-    _check_other_roles(document, owners)
+    owners = _owners(moving)
+    _check_other_uses(document, owners, {block.placement.mesh for block in moving.blocks})
     _check_shared_bytes(document, accessors, owners)
 
 
-def _check_instances(document: Document, scene: Scene) -> None:
+def _check_instances(document: Document, blocks: list[Block]) -> None:
     meshes = document.root.children("meshes")
     nodes_of_mesh: dict[int, list[int]] = defaultdict(list)
     for index, node in enumerate(document.root.children("nodes")):
         mesh = node.reference("mesh", len(meshes), "mesh")
         if mesh is not None:
             nodes_of_mesh[mesh].append(index)
-    for block in scene.blocks:
+    for block in blocks:
         mesh = block.placement.mesh
         if len(nodes_of_mesh[mesh]) > 1:
             raise InputError(
                 f"{mesh_name(meshes, mesh)} is used by {_listed('node', nodes_of_mesh[mesh])}; "
-                "one mesh cannot take several shapes: give each node a mesh of its own",
+                "one mesh cannot take several shapes: give each node a mesh of its own, "
+                "or set instances=split",
                 place=f"/meshes/{mesh}",
             )
     meshes_of_accessor: dict[int, list[int]] = defaultdict(list)
-    for block in scene.blocks:
+    for block in blocks:
         meshes_of_accessor[block.accessor.index].append(block.placement.mesh)
     for accessor, users in meshes_of_accessor.items():
         if len(users) > 1:
             raise InputError(
                 f"accessor {accessor} holds the positions of {_listed('mesh', users)}; "
-                "give each mesh positions of its own",
+                "give each mesh positions of its own, or set instances=split",
                 place=f"/accessors/{accessor}",
             )
 
 
-def _check_block(
-    document: Document, accessors: Accessors, block: Block, surface: WeldedSurface
-) -> None:
-    used = surface.weld[block.rows] >= 0
-    if not used.any():
-        return
+def _check_block(document: Document, accessors: Accessors, block: Block, moving: Moving) -> None:
+    used = moving.rows[block.rows].copy()
     node = block.placement.node
     if is_singular(block.placement.matrix):
         raise InputError(
@@ -103,42 +93,38 @@ def _check_block(
             )
 
 
-def _owners(scene: Scene, normals: NormalsPolicy) -> dict[int, Owner]:
+def _owners(moving: Moving) -> dict[int, Owner]:
     """What each accessor that will be written is for: attribute, node, and positions.
 
     Raises:
         InputError: one is for two things.
     """
     owners: dict[int, Owner] = {}
-    for placed in scene.primitives:
-        primitive = placed.primitive
-        block = scene.blocks[placed.block]
-        written: dict[str, Accessor | None] = {"POSITION": primitive.position}
-        if normals == "recompute":
-            written |= {"NORMAL": primitive.normal, "TANGENT": primitive.tangent}
-        for role, accessor in written.items():
-            if accessor is None:
-                continue
-            owner = (role, block.placement.node, tuple(block.accessor.regions))
-            if owners.setdefault(accessor.index, owner) != owner:
-                raise InputError(
-                    f"its values serve as {role} of several sets of positions; give each its own",
-                    place=accessor.element.pointer,
-                )
+    for placed, role, accessor in moving.written():
+        block = moving.scene.blocks[placed.block]
+        owner = (role, block.placement.node, tuple(block.accessor.regions))
+        if owners.setdefault(accessor.index, owner) != owner:
+            raise InputError(
+                f"its values serve as {role} of several sets of positions; give each its own, "
+                "or set instances=split",
+                place=accessor.element.pointer,
+            )
     return owners
 
 
-def _check_other_roles(document: Document, owners: dict[int, Owner]) -> None:
-    """Morph targets and other attributes may read what is about to change."""
+def _check_other_uses(document: Document, owners: dict[int, Owner], moving: set[int]) -> None:
+    """Other meshes, morph targets and other attributes may read what is about to change."""
     count = len(document.root.children("accessors"))
-    for mesh in document.root.children("meshes"):
+    for index, mesh in enumerate(document.root.children("meshes")):
         for primitive in mesh.children("primitives"):
             attributes = primitive.child("attributes")
             for uses in [*([attributes] if attributes else []), *primitive.children("targets")]:
                 is_target = uses is not attributes
                 for name in uses.value:
                     accessor = uses.reference(name, count, "accessor")
-                    if accessor in owners and (is_target or owners[accessor][0] != name):
+                    if accessor in owners and (
+                        is_target or owners[accessor][0] != name or index not in moving
+                    ):
                         raise uses.error(
                             name, f"reads accessor {accessor}, whose values would change"
                         )

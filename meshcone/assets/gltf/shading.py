@@ -33,6 +33,7 @@ def write_shading(
     scene: Scene,
     surface: WeldedSurface,
     vertices: NDArray[np.float64],
+    selected: NDArray[np.bool_] | None,
 ) -> None:
     """Renew normals and tangents around vertices that moved.
 
@@ -44,6 +45,7 @@ def write_shading(
         scene: as it was read.
         surface: its welded surface.
         vertices: (n, 3) new welded vertices.
+        selected: (m,) faces whose shading may change, or None for all.
     """
     runs, corners = _shaded_runs(scene)
     if not runs:
@@ -51,7 +53,7 @@ def write_shading(
     stored = np.concatenate([_world_normals(editor, run) for run in runs.values()])
     weld = np.concatenate([surface.weld[run.block.rows] for run in runs.values()])
     normals, renewed = recompute_normals(
-        surface.vertices, vertices, surface.faces, corners[surface.kept], weld, stored
+        surface.vertices, vertices, surface.faces, corners[surface.kept], weld, stored, selected
     )
     local: dict[tuple[int, int], NDArray[np.float64]] = {}
     for key, run in runs.items():

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.base import Asset, NormalsPolicy
+from meshcone.assets.base import Asset
+from meshcone.assets.divisions import Division
 from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
+from meshcone.assets.obj.divisions import face_divisions
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
 from meshcone.assets.obj.regions import face_regions
 from meshcone.assets.obj.scan import ObjLines, count_lines, scan_lines
 from meshcone.assets.obj.write import number_style, replace_vectors
+from meshcone.assets.policy import WritePolicy
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface, weld_surface
@@ -80,8 +83,12 @@ class ObjAsset(Asset):
         )
         self._data = data
         self._corner_normals = faces.normals[corners]
+        self._statements = np.repeat(faces.rows, faces.sizes - 2)
 
-    def _write(self, vertices: NDArray[np.float64], normals: NormalsPolicy) -> bytes:
+    def _divisions(self) -> dict[str, Division]:
+        return face_divisions(scan_lines(self._data), self._statements[self._surface.kept])
+
+    def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
         positions, moved = self._scattered(vertices)
         if not moved.any():
             return self._data
@@ -91,13 +98,21 @@ class ObjAsset(Asset):
         replace_vectors(
             lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], style
         )
-        if normals == "recompute" and len(lines.normals):
-            self._write_normals(lines, vertices)
+        if policy.normals == "recompute" and len(lines.normals):
+            self._write_normals(lines, vertices, policy.selected)
         return b"".join(lines.raw)
 
-    def _write_normals(self, lines: ObjLines, vertices: NDArray[np.float64]) -> None:
+    def _write_normals(
+        self,
+        lines: ObjLines,
+        vertices: NDArray[np.float64],
+        selected: NDArray[np.bool_] | None,
+    ) -> None:
         stored = read_normals(lines)
         directions, changed = self._shared_normals(stored, vertices)
+        if selected is not None:
+            used = self._corner_normals[self._surface.kept][~selected]
+            changed[used[used >= 0]] = False
         style = number_style(lines, lines.normals).for_normals()
         replace_vectors(
             lines.raw, lines.normals[changed], stored[changed], directions[changed], style

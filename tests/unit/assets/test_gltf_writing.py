@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from meshcone.assets import read_asset
+from meshcone.assets import WritePolicy, read_asset
 from meshcone.errors import InputError
 from tests.unit.assets.builders import Gltf, cube_gltf, flat_gltf
 
 moves = arrays(np.float64, (8, 3), elements=st.floats(-3, 3, width=32))
+KEEP = WritePolicy(normals="keep")
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=np.float32)
 TURNED = {"rotation": [0.5, 0.5, 0.5, 0.5], "scale": [2, 3, 0.5], "translation": [1, 2, 3]}
 
@@ -224,7 +225,7 @@ def test_tangents_stay_orthogonal_and_keep_their_hand():
 def test_normals_can_be_kept():
     before = cube_gltf().glb()
     asset = read(before)
-    after = asset.patched(asset.vertices @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), "keep")
+    after = asset.patched(asset.vertices @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), KEEP)
     assert floats(after, 1, 3).tolist() == floats(before, 1, 3).tolist()
 
 

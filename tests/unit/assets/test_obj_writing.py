@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from meshcone.assets import read_asset
+from meshcone.assets import WritePolicy, read_asset
 from tests.unit.assets.builders import cube_obj
 
 moves = arrays(np.float64, (8, 3), elements=st.floats(-3, 3, width=32))
@@ -52,7 +52,10 @@ def test_a_vertex_that_stays_keeps_its_text():
     asset = read(cube_obj())
     moved = asset.vertices.copy()
     moved[3] += 0.5
-    before, after = cube_obj().splitlines(), asset.patched(moved, "keep").splitlines()
+    before, after = (
+        cube_obj().splitlines(),
+        asset.patched(moved, WritePolicy(normals="keep")).splitlines(),
+    )
     assert sum(old != new for old, new in zip(before, after, strict=True)) == 1
 
 
@@ -142,7 +145,9 @@ def test_a_shared_normal_follows_its_side():
 
 def test_normals_can_be_kept():
     asset = read(cube_obj())
-    after = asset.patched(asset.vertices @ np.diag([1, 2, 3]) + asset.vertices[:, ::-1], "keep")
+    after = asset.patched(
+        asset.vertices @ np.diag([1, 2, 3]) + asset.vertices[:, ::-1], WritePolicy(normals="keep")
+    )
     assert vectors(after, b"vn") == vectors(cube_obj(), b"vn")
 
 

@@ -1,0 +1,79 @@
+"""The ways a file is divided into parts, by which a caller can say what to refine."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import translate
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.errors import InputError
+from meshcone.options import SelectOptions
+
+_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Division:
+    """One way a file is divided.
+
+    Attributes:
+        names: what each element, such as a node or a material, is called, by its index; an
+            empty name is none.
+        parts: for each part of the surface, the elements it belongs to: several, where a
+            node is below others, or a face in several groups.
+        labels: (m,) part of each face.
+    """
+
+    names: Mapping[int, str]
+    parts: tuple[tuple[int, ...], ...]
+    labels: NDArray[np.int64]
+
+    def meant_by(self, key: str | int) -> set[int]:
+        """Elements that an index, a name, or a pattern with ``*``, ``?`` and ``[…]`` means."""
+        if isinstance(key, int):
+            return {key} & self.names.keys()
+        matches = re.compile(translate(key)).match
+        return {i for i, name in self.names.items() if name and (name == key or matches(name))}
+
+
+def select_faces(
+    divisions: dict[str, Division], chosen: SelectOptions, faces: int
+) -> NDArray[np.bool_]:
+    """(m,) faces that every list given in ``chosen`` names.
+
+    Args:
+        divisions: those the file has, by the name of their option.
+        chosen: the request.
+        faces: how many faces there are.
+
+    Raises:
+        InputError: the file has no such division, or no part of the name.
+    """
+    selected = np.ones(faces, dtype=bool)
+    for kind, keys in chosen.given().items():
+        if kind not in divisions:
+            known = ", ".join(f"select.{name}" for name in divisions) or "nothing"
+            raise InputError(f"option 'select.{kind}': this format has none; it knows {known}")
+        division = divisions[kind]
+        meant: set[int] = set()
+        for key in keys:
+            found = division.meant_by(key)
+            if not found:
+                raise InputError(f"option 'select.{kind}': {_nothing_called(key, division)}")
+            meant |= found
+        chosen_parts = np.array([not meant.isdisjoint(part) for part in division.parts])
+        selected &= chosen_parts[division.labels]
+    return selected
+
+
+def _nothing_called(key: str | int, division: Division) -> str:
+    names = list(dict.fromkeys(name for name in division.names.values() if name))
+    shown = ", ".join(f"'{name[:40]}'" for name in names[:_SHOWN])
+    more = ", …" if len(names) > _SHOWN else ""
+    there = f"there are {shown}{more}" if names else "no part that is drawn has a name"
+    wanted = f"the index {key}" if isinstance(key, int) else f"'{key}'"
+    return f"nothing that is drawn has {wanted}; {there}"

@@ -1,0 +1,181 @@
+"""A document about to be given further objects, or bytes in place of others."""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+from typing import Any
+
+from meshcone.assets.gltf.buffers import Buffers, encode_data_uri
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
+
+# Offsets shift by multiples of this, so that whatever was aligned stays aligned.
+_ALIGNMENT = 8
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Bytes from ``start`` to ``end`` of a buffer that others take the place of."""
+
+    start: int
+    end: int
+    data: bytes
+
+    @property
+    def growth(self) -> int:
+        return len(self.data) - (self.end - self.start)
+
+
+class Draft:
+    """Collects changes to a document's structure and its buffers.
+
+    Indices of existing objects do not change: objects are appended, their members set or
+    removed, and what a buffer view holds replaced. ``finish`` makes all of it at once.
+    """
+
+    def __init__(self, document: Document, buffers: Buffers) -> None:
+        self._document = document
+        self._buffers = buffers
+        self._members: dict[Path, object] = {}
+        self._removed: set[Path] = set()
+        self._entries: dict[str, list[dict[str, Any]]] = defaultdict(list)
+        self._replaced: dict[int, list[_Piece]] = defaultdict(list)
+        self._appended: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
+
+    def put(self, path: Path, value: object) -> None:
+        """Set a member of an existing object, or an entry of an existing array."""
+        self._members[path] = value
+
+    def remove(self, path: Path) -> None:
+        """Remove an existing member of an object."""
+        self._removed.add(path)
+
+    def append(self, array: str, value: dict[str, Any]) -> int:
+        """Append an object to an array of the root; returns its index."""
+        self._entries[array].append(value)
+        return len(self._document.root.children(array)) + len(self._entries[array]) - 1
+
+    def store(self, buffer: int, data: bytes, members: dict[str, Any]) -> int:
+        """Append bytes to a buffer, as a new buffer view.
+
+        Args:
+            buffer: the buffer.
+            data: not empty.
+            members: further members of the view, such as ``target``.
+        """
+        view = {"buffer": buffer, "byteOffset": 0, "byteLength": len(data)} | members
+        index = self.append("bufferViews", view)
+        self._appended[buffer].append((index, data))
+        return index
+
+    def replace(self, view: int, data: bytes) -> None:
+        """Put other bytes in the place of those a buffer view holds.
+
+        Where another view reads some of them they stay, and the new ones are appended.
+        """
+        buffer, start, end = _extent(self._views[view])
+        self.put(("bufferViews", view, "byteLength"), len(data))
+        if view in self._alone:
+            growth = len(data) - (end - start)
+            self._replaced[buffer].append(_Piece(start, end, data + bytes(-growth % _ALIGNMENT)))
+        else:
+            self._appended[buffer].append((view, data))
+
+    def finish(self) -> tuple[Document, Buffers]:
+        """The document and its buffers with all the changes."""
+        binary = None
+        for index in sorted({*self._replaced, *self._appended}):
+            data = self._rebuilt(index)
+            self.put(("buffers", index, "byteLength"), len(data))
+            if self._buffers[index].source == "binary":
+                binary = data + bytes(-len(data) % 4)
+            else:
+                uri = self._document.root.children("buffers")[index].text("uri")
+                self.put(("buffers", index, "uri"), encode_data_uri(data, uri))
+        document = self._document.changed(change_json(self._document.text, self._json_changes()))
+        return document, self._buffers.belonging_to(document, binary)
+
+    def _json_changes(self) -> JsonChanges:
+        changes = JsonChanges(removed=self._removed)
+        for path, value in self._members.items():
+            holder: Any = self._document.root.value
+            for key in path[:-1]:
+                holder = holder[key]
+            if isinstance(holder, list) or path[-1] in holder:
+                changes.replaced[path] = json.dumps(value)
+            else:
+                changes.added[path[:-1]].append(f"{json.dumps(path[-1])}: {json.dumps(value)}")
+        for array, entries in self._entries.items():
+            if array in self._document.root.value:
+                changes.added[(array,)] += map(json.dumps, entries)
+            else:
+                changes.added[()].append(f"{json.dumps(array)}: {json.dumps(entries)}")
+        return changes
+
+    @cached_property
+    def _views(self) -> list[Element]:
+        return self._document.root.children("bufferViews")
+
+    @cached_property
+    def _alone(self) -> set[int]:
+        """Views that share no byte with another."""
+        if any("extensions" in view.value for view in self._views):
+            return set()  # an extension may count bytes of its own
+        extents = sorted((*_extent(view), index) for index, view in enumerate(self._views))
+        alone = set()
+        last_buffer, reached = -1, 0
+        for place, (buffer, start, end, index) in enumerate(extents):
+            if buffer != last_buffer:
+                last_buffer, reached = buffer, 0
+            following = extents[place + 1] if place + 1 < len(extents) else (-1, 0, 0, 0)
+            if start >= reached and not (following[0] == buffer and following[1] < end):
+                alone.add(index)
+            reached = max(reached, end)
+        return alone
+
+    def _rebuilt(self, buffer: int) -> bytes:
+        old = memoryview(self._buffers[buffer].data)[: self._buffers[buffer].length]
+        pieces = sorted(self._replaced[buffer], key=lambda piece: piece.start)
+        parts: list[bytes | memoryview] = []
+        copied = 0
+        for piece in pieces:
+            parts += [old[copied : piece.start], piece.data]
+            copied = piece.end
+        parts.append(old[copied:])
+        if pieces:
+            self._shift_views(buffer, pieces)
+        length = sum(map(len, parts))
+        for view, data in self._appended[buffer]:
+            padding = -length % _ALIGNMENT
+            parts += [bytes(padding), data]
+            self._place(view, length + padding)
+            length += padding + len(data)
+        return b"".join(parts)
+
+    def _shift_views(self, buffer: int, pieces: list[_Piece]) -> None:
+        ends = [piece.end for piece in pieces]
+        shifts = [0, *accumulate(piece.growth for piece in pieces)]
+        for index, view in enumerate(self._views):
+            of_buffer, start, _ = _extent(view)
+            shift = shifts[bisect_right(ends, start)]
+            if shift and of_buffer == buffer:
+                self._place(index, start + shift)
+
+    def _place(self, view: int, offset: int) -> None:
+        if view < len(self._views):
+            self.put(("bufferViews", view, "byteOffset"), offset)
+        else:
+            self._entries["bufferViews"][view - len(self._views)]["byteOffset"] = offset
+
+
+def _extent(view: Element) -> tuple[int, int, int]:
+    """Buffer, start and end of a view that nobody has checked."""
+    start = view.integer("byteOffset") or 0
+    buffer = view.required_integer("buffer")
+    return buffer, start, start + view.required_integer("byteLength", minimum=1)

@@ -1,0 +1,71 @@
+"""What of a scene a policy lets move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessor
+from meshcone.assets.gltf.scene import Block, PlacedPrimitive, Scene
+from meshcone.assets.policy import WritePolicy
+from meshcone.assets.weld import WeldedSurface
+
+
+@dataclass(frozen=True)
+class Moving:
+    """The part of a scene that is written.
+
+    Attributes:
+        scene: the scene.
+        rows: (r,) raw vertices that may move.
+        shaded: (p,) primitives of the scene whose shading may change.
+        with_shading: whether normals and tangents are written.
+    """
+
+    scene: Scene
+    rows: NDArray[np.bool_]
+    shaded: NDArray[np.bool_]
+    with_shading: bool
+
+    @staticmethod
+    def of(scene: Scene, surface: WeldedSurface, policy: WritePolicy) -> Moving:
+        """Apply a policy to a scene and the surface welded from it."""
+        fixed = policy.fixed_vertices(surface.faces, len(surface.vertices))
+        rows = surface.weld >= 0
+        rows[rows] = ~fixed[surface.weld[rows]]
+        selected = np.zeros(len(surface.triangles), dtype=bool)
+        selected[surface.kept] = True if policy.selected is None else policy.selected
+        ends = np.cumsum([len(placed.triangles) for placed in scene.primitives])
+        counts = np.concatenate([[0], np.cumsum(selected)])[np.concatenate([[0], ends])]
+        return Moving(scene, rows, np.diff(counts) > 0, policy.normals == "recompute")
+
+    def moves(self, block: Block) -> bool:
+        """Whether some vertex of a block may move."""
+        return bool(self.rows[block.rows].any())
+
+    @property
+    def blocks(self) -> list[Block]:
+        """Blocks some vertex of which may move."""
+        return [block for block in self.scene.blocks if self.moves(block)]
+
+    @property
+    def primitives(self) -> list[PlacedPrimitive]:
+        """Primitives over such a block."""
+        blocks = [self.moves(block) for block in self.scene.blocks]
+        return [placed for placed in self.scene.primitives if blocks[placed.block]]
+
+    def written(self) -> Iterator[tuple[PlacedPrimitive, str, Accessor]]:
+        """Every accessor that is written, with a primitive it belongs to and its attribute."""
+        blocks = [self.moves(block) for block in self.scene.blocks]
+        for placed, shaded in zip(self.scene.primitives, self.shaded.tolist(), strict=True):
+            if not blocks[placed.block]:
+                continue
+            primitive = placed.primitive
+            yield placed, "POSITION", primitive.position
+            if shaded and self.with_shading and primitive.normal is not None:
+                yield placed, "NORMAL", primitive.normal
+                if primitive.tangent is not None:
+                    yield placed, "TANGENT", primitive.tangent

@@ -1,0 +1,241 @@
+"""Gives vertex data that several nodes or meshes share to each that moves, as a copy."""
+
+from __future__ import annotations
+
+import copy
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessor, Accessors
+from meshcone.assets.gltf.buffers import Buffers
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.draft import Draft
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.moving import Moving
+
+_ARRAY_BUFFER = 34962
+_STRIDE_ALIGNMENT = 4  # of vertex attributes (section 3.6.2.4)
+
+
+def split_shared(
+    document: Document, accessors: Accessors, moving: Moving
+) -> tuple[Document, Buffers] | None:
+    """Copy what cannot move in one place without moving in another.
+
+    A mesh that several nodes use stays with those that do not move, or else with the first;
+    every other node gets a copy of it. Then each attribute that is written gets an accessor
+    of its own, unless nothing else reads the one it has. What nobody needs twice stays shared:
+    indices, texture coordinates, weights, morph targets.
+
+    Returns:
+        The document and its buffers, or None if nothing is shared.
+    """
+    draft = Draft(document, accessors.buffers)
+    meshes = _copy_meshes(draft, document, moving)
+    claims = _Claims(document, accessors, meshes, moving)
+    copies: dict[tuple[Hashable, int], int] = {}
+    for use in claims.uses():
+        if claims.grants(use):
+            continue
+        # Two accessors over the same bytes stay two, so that vertices keep their numbers.
+        key = (use.key, use.accessor.index)
+        if key not in copies:
+            copies[key] = store_apart(draft, accessors, use.accessor)
+        use.point_to(draft, copies[key])
+    changed = bool(copies) or any(mesh.is_copy for mesh in meshes.values())
+    for mesh in meshes.values():
+        if mesh.is_copy:
+            draft.append("meshes", mesh.value)
+    return draft.finish() if changed else None
+
+
+def store_apart(
+    draft: Draft,
+    accessors: Accessors,
+    accessor: Accessor,
+    values: NDArray[Any] | None = None,
+    index: int | None = None,
+    declared: Mapping[str, Any] | None = None,
+) -> int:
+    """Store a vertex attribute in a buffer view of its own.
+
+    Args:
+        draft: takes the changes.
+        accessors: of the document.
+        accessor: whose elements and members are copied.
+        values: (count, columns) components to store in place of its own, of any type.
+        index: the accessor to redefine; a new one where it is None.
+        declared: members of the accessor that change.
+
+    Returns:
+        The accessor's index.
+    """
+    stored = accessors.read(accessor) if values is None else values
+    padding = -stored.dtype.itemsize * stored.shape[1] % _STRIDE_ALIGNMENT
+    members: dict[str, Any] = {"target": _ARRAY_BUFFER}
+    if padding:
+        stored = np.pad(stored, ((0, 0), (0, padding // stored.dtype.itemsize)))
+        members["byteStride"] = stored.dtype.itemsize * stored.shape[1]
+    buffer = accessor.regions[0].buffer if accessor.regions else 0
+    view = draft.store(buffer, np.ascontiguousarray(stored).tobytes(), members)
+    kept = {k: v for k, v in accessor.element.value.items() if k not in _REPLACED}
+    if accessor.normalized and stored.dtype.kind != "f":
+        kept["normalized"] = True
+    definition = {"bufferView": view, **kept, **(declared or {})}
+    if index is None:
+        return draft.append("accessors", definition)
+    draft.put(("accessors", index), definition)
+    return index
+
+
+_REPLACED = {"bufferView", "byteOffset", "sparse", "normalized"}
+
+
+@dataclass
+class _NodeMesh:
+    """The mesh of a node that moves.
+
+    Attributes:
+        index: its index in the new document.
+        value: its JSON; of a copy, the one that will be appended.
+    """
+
+    node: int
+    index: int
+    value: dict[str, Any]
+    pointer: str
+    is_copy: bool
+
+
+def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, _NodeMesh]:
+    """The mesh each moving node shall use, by node."""
+    elements = document.root.children("meshes")
+    mesh_of_node = {block.placement.node: block.placement.mesh for block in moving.blocks}
+    users: dict[int, list[int]] = defaultdict(list)
+    for index, node in enumerate(document.root.children("nodes")):
+        mesh = node.reference("mesh", len(elements), "mesh")
+        if mesh is not None:
+            users[mesh].append(index)
+    meshes: dict[int, _NodeMesh] = {}
+    kept = {mesh for mesh, nodes in users.items() if any(n not in mesh_of_node for n in nodes)}
+    appended = len(elements)
+    for moving_node, mesh in mesh_of_node.items():
+        element = elements[mesh]
+        if mesh not in kept:
+            kept.add(mesh)
+            meshes[moving_node] = _NodeMesh(
+                moving_node, mesh, element.value, element.pointer, is_copy=False
+            )
+            continue
+        value = copy.deepcopy(element.value)
+        meshes[moving_node] = _NodeMesh(moving_node, appended, value, element.pointer, is_copy=True)
+        draft.put(("nodes", moving_node, "mesh"), appended)
+        appended += 1
+    return meshes
+
+
+@dataclass(frozen=True)
+class _Use:
+    """An attribute of a mesh that is written.
+
+    Attributes:
+        key: what may share bytes with it: the same attribute of the same positions at a node.
+    """
+
+    mesh: _NodeMesh
+    primitive: int
+    role: str
+    accessor: Accessor
+    key: Hashable
+
+    def point_to(self, draft: Draft, accessor: int) -> None:
+        """Use another accessor."""
+        if self.mesh.is_copy:
+            self.mesh.value["primitives"][self.primitive]["attributes"][self.role] = accessor
+        else:
+            path = ("meshes", self.mesh.index, "primitives", self.primitive)
+            draft.put((*path, "attributes", self.role), accessor)
+
+
+class _Claims:
+    """Who reads the bytes of each accessor."""
+
+    def __init__(
+        self,
+        document: Document,
+        accessors: Accessors,
+        meshes: dict[int, _NodeMesh],
+        moving: Moving,
+    ) -> None:
+        self._accessors = accessors
+        self._root = document.root
+        self._meshes = meshes
+        self._written = {
+            (mesh_node, role, accessor.index)
+            for placed, role, accessor in moving.written()
+            for mesh_node in (moving.scene.blocks[placed.block].placement.node,)
+        }
+        self._owners: dict[Hashable, Hashable] = {}
+        for index in self._read_elsewhere():
+            self._owners[self._bytes(accessors.describe(index))] = "elsewhere"
+
+    def uses(self) -> Iterator[_Use]:
+        """Every attribute that is written, node by node."""
+        for node, mesh in self._meshes.items():
+            for number, attributes in self._attributes(mesh):
+                for role in ("POSITION", "NORMAL", "TANGENT"):
+                    if (node, role, attributes.get(role)) in self._written:
+                        accessor = self._accessors.describe(attributes[role])
+                        positions = self._accessors.describe(attributes["POSITION"])
+                        key = (node, role, self._bytes(accessor), self._bytes(positions))
+                        yield _Use(mesh, number, role, accessor, key)
+
+    def grants(self, use: _Use) -> bool:
+        """Whether an attribute may keep its bytes, because nobody else has asked for them."""
+        return self._owners.setdefault(self._bytes(use.accessor), use.key) == use.key
+
+    def _bytes(self, accessor: Accessor) -> Hashable:
+        return tuple(accessor.regions) or accessor.index
+
+    def _attributes(self, mesh: _NodeMesh) -> Iterator[tuple[int, dict[str, int]]]:
+        count = len(self._accessors.elements)
+        for number, primitive in enumerate(
+            Element(mesh.value, mesh.pointer).children("primitives")
+        ):
+            attributes = primitive.child("attributes")
+            if attributes is not None:
+                names = attributes.value
+                found = {name: attributes.reference(name, count, "accessor") for name in names}
+                yield number, {name: index for name, index in found.items() if index is not None}
+
+    def _read_elsewhere(self) -> Iterator[int]:
+        """Accessors read by what does not move, or for another purpose."""
+        count = len(self._accessors.elements)
+        moved = {mesh.index: mesh.node for mesh in self._meshes.values() if not mesh.is_copy}
+        for index, mesh in enumerate(self._root.children("meshes")):
+            for primitive in mesh.children("primitives"):
+                attributes = primitive.child("attributes")
+                for name in attributes.value if attributes else ():
+                    accessor = attributes.reference(name, count, "accessor") if attributes else None
+                    if (moved.get(index), name, accessor) not in self._written:
+                        yield from _known(accessor)
+                for target in primitive.children("targets"):
+                    for name in target.value:
+                        yield from _known(target.reference(name, count, "accessor"))
+                yield from _known(primitive.reference("indices", count, "accessor"))
+        for animation in self._root.children("animations"):
+            for sampler in animation.children("samplers"):
+                yield from _known(sampler.reference("input", count, "accessor"))
+                yield from _known(sampler.reference("output", count, "accessor"))
+        for skin in self._root.children("skins"):
+            yield from _known(skin.reference("inverseBindMatrices", count, "accessor"))
+
+
+def _known(index: int | None) -> Iterator[int]:
+    if index is not None:
+        yield index
