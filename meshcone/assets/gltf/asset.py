@@ -79,15 +79,20 @@ class GltfAsset(Asset):
 
     def changes(self, policy: WritePolicy) -> tuple[str, ...]:
         """See :meth:`Asset.changes`."""
+        if policy.instances == "refuse":
+            return ()
         before = self._model.document.root
         after = self._writable(policy).document.root
         copied = len(after.children("meshes")) - len(before.children("meshes"))
         apart = len(after.children("accessors")) - len(before.children("accessors"))
         if not apart:
             return ()
+        added = [_count(copied, "mesh", "meshes")] if copied else []
+        added.append(_count(apart, "accessor", "accessors"))
+        verb = "was" if copied + apart == 1 else "were"
         return (
-            f"vertex data shared by several nodes or meshes were split: {copied} meshes and "
-            f"{apart} accessors were added",
+            "vertex data that several nodes or meshes share were split: "
+            f"{' and '.join(added)} {verb} added",
         )
 
     def _writable(self, policy: WritePolicy) -> Model:
@@ -127,3 +132,7 @@ def _read(
     limits: Limits,
 ) -> GltfAsset:
     return GltfAsset(name, data, Model.read(data, container, resources, limits))
+
+
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number:,} {one if number == 1 else many}"

@@ -155,3 +155,9 @@ def flat_gltf(positions: NDArray[Any], triangles: NDArray[Any] | None = None, **
         primitive["indices"] = gltf.accessor(triangles.astype(np.uint16).reshape(-1))
     gltf.node(mesh=gltf.mesh(primitive))
     return gltf
+
+
+def chunks(glb: bytes) -> tuple[dict[str, Any], bytes]:
+    """Document and binary buffer of a GLB file."""
+    (length,) = struct.unpack_from("<I", glb, 12)
+    return json.loads(glb[20 : 20 + length]), glb[28 + length :]

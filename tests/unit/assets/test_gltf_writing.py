@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from meshcone.assets import WritePolicy, read_asset
 from meshcone.errors import InputError
-from tests.unit.assets.builders import Gltf, cube_gltf, flat_gltf
+from tests.unit.assets.builders import Gltf, chunks, cube_gltf, flat_gltf
 
 moves = arrays(np.float64, (8, 3), elements=st.floats(-3, 3, width=32))
 KEEP = WritePolicy(normals="keep")
@@ -21,11 +21,6 @@ TURNED = {"rotation": [0.5, 0.5, 0.5, 0.5], "scale": [2, 3, 0.5], "translation":
 
 def read(data: bytes):
     return read_asset("mesh.glb", data)
-
-
-def chunks(glb: bytes) -> tuple[dict, bytes]:
-    (length,) = struct.unpack_from("<I", glb, 12)
-    return json.loads(glb[20 : 20 + length]), glb[28 + length :]
 
 
 def floats(glb: bytes, accessor: int, columns: int) -> np.ndarray:
@@ -181,10 +176,29 @@ def test_quantized_positions_go_to_the_nearest_step():
     assert read(asset.patched(moved)).vertices == pytest.approx(asset.vertices + 0.1)
 
 
-def test_quantized_positions_cannot_leave_their_range():
+@pytest.mark.parametrize("normalized", [False, True])
+def test_quantized_positions_that_leave_their_range_become_floats(normalized):
+    gltf = quantized()
+    if normalized:
+        gltf.json["accessors"][0]["normalized"] = True
+        gltf.json["nodes"][0]["scale"] = [327.67, 327.67, 327.67]
+    asset = read(gltf.glb())
+    moved = asset.vertices.copy()
+    moved[1] += [1000, 0, 0]
+    data = asset.patched(moved)
+    position = chunks(data)[0]["accessors"][0]
+    assert position["componentType"] == 5126
+    assert "normalized" not in position
+    assert read(data).vertices == pytest.approx(moved, abs=1e-4)
+    assert position["max"][0] == pytest.approx(
+        moved[1, 0] / chunks(data)[0]["nodes"][0]["scale"][0]
+    )
+
+
+def test_quantized_positions_within_their_range_keep_their_type():
     asset = read(quantized().glb())
-    with pytest.raises(InputError, match="does not fit int16"):
-        asset.patched(asset.vertices + 1000)
+    position = chunks(asset.patched(asset.vertices + 0.1))[0]["accessors"][0]
+    assert position["componentType"] == 5122
 
 
 def face_normals(asset) -> np.ndarray:
