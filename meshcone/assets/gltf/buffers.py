@@ -97,11 +97,13 @@ class Buffers:
     def _resource(self, uri: str, element: Element) -> bytes:
         if _SCHEME.match(uri) or uri.startswith(("/", "\\")):
             raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
-        decoded = unquote(uri)
-        for name in (uri, decoded, decoded.removeprefix("./")):
-            if name in self._resources:
-                return self._resources[name]
-        raise element.error("uri", f"buffer names '{decoded[:80]}', which was not sent")
+        name = unquote(uri).removeprefix("./")
+        if name in ("", "..") or "/" in name or "\\" in name:
+            raise element.error("uri", f"expected a plain file name, found '{name[:80]}'")
+        for known in (uri.removeprefix("./"), name):
+            if known in self._resources:
+                return self._resources[known]
+        raise element.error("uri", f"buffer names '{name[:80]}', which was not sent")
 
 
 def _compression(element: Element) -> str:

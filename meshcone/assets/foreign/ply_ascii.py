@@ -1,0 +1,101 @@
+"""Reads the data of a PLY file that are text: a line for each row."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.foreign.ply_header import Element
+from meshcone.assets.foreign.text import Line, content_lines, decimal, integer, points, shown, take
+from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
+
+_WORD = re.compile(rb"\S+")
+
+
+class AsciiBody:
+    """The lines after a header, read element by element.
+
+    Attributes:
+        place: where a row of the element read last stands.
+    """
+
+    def __init__(self, data: bytes, first_line: int, limits: Limits) -> None:
+        self._lines = content_lines(data, limits, first_line)
+        self._limits = limits
+        self.place: Callable[[int], str] = str
+
+    def vertices(self, element: Element, coordinates: tuple[int, int, int]) -> NDArray[np.float64]:
+        """(r, 3) coordinates.
+
+        Raises:
+            InputError: a line is missing, too short or holds no number.
+        """
+        lines = self._take(element)
+        if not element.has_lists:
+            return points(lines, coordinates)
+        positions = np.empty((len(lines), 3))
+        for row, line in enumerate(lines):
+            found = dict(_values(element, line, coordinates, self._limits))
+            positions[row] = [decimal(found[column][0], line[0]) for column in coordinates]
+        return positions
+
+    def polygons(
+        self, element: Element, corners: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(c,) corners of all rows, and (p,) how many each has.
+
+        Raises:
+            InputError: a line is missing, too short or holds no number.
+            LimitError: they make too many triangles.
+        """
+        lines = self._take(element)
+        found: list[int] = []
+        sizes = np.empty(len(lines), dtype=np.int64)
+        for row, line in enumerate(lines):
+            words = dict(_values(element, line, (corners,), self._limits))[corners]
+            sizes[row] = len(words)
+            found += [integer(word, line[0], "the index of a vertex") for word in words]
+            triangles = len(found) - 2 * (row + 1)
+            self._limits.check("faces", triangles, "triangles", f"line {line[0]}")
+        return np.array(found, dtype=np.int64), sizes
+
+    def skip(self, element: Element) -> None:
+        """Pass over an element.
+
+        Raises:
+            InputError: a line is missing.
+        """
+        if element.properties:
+            self._take(element)
+
+    def _take(self, element: Element) -> list[Line]:
+        lines = take(self._lines, element.count, f"rows of element '{shown(element.name)}'")
+        self.place = lambda row: f"line {lines[row][0]}"
+        return lines
+
+
+def _values(
+    element: Element, line: Line, wanted: tuple[int, ...], limits: Limits
+) -> Iterator[tuple[int, list[bytes]]]:
+    """Words of some of a row's properties, taken one after the other from a line of any length."""
+    number, text = line
+    words = (match.group() for match in _WORD.finditer(text))
+    for place, item in enumerate(element.properties[: max(wanted) + 1]):
+        size = 1
+        if item.length is not None:
+            size = integer(next(words, b""), number, "the length of a list")
+            if size < 0:
+                raise InputError(f"a list of length {size}", place=f"line {number}")
+            limits.check("faces", size - 2, "values in a list", f"line {number}")
+        found = [word for _, word in zip(range(size), words, strict=False)]
+        if len(found) < size:
+            raise InputError(
+                f"expected {size} values of '{shown(item.name)}', found {len(found)}",
+                place=f"line {number}",
+            )
+        if place in wanted:
+            yield place, found

@@ -1,0 +1,68 @@
+"""What the readers of PLY, STL and OFF have in common: polygons, and checks of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.limits import LARGEST_COORDINATE
+from meshcone.errors import InputError
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """Polygons as a file lists them.
+
+    Attributes:
+        positions: (r, 3) vertices.
+        corners: (c,) vertex of each corner, polygon after polygon.
+        sizes: (p,) corners of each polygon.
+    """
+
+    positions: NDArray[np.float64]
+    corners: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+
+
+def check_positions(positions: NDArray[np.float64], place: Callable[[int], str]) -> None:
+    """Compare (r, 3) coordinates with ``LARGEST_COORDINATE``.
+
+    Args:
+        positions: the coordinates.
+        place: where in the file a vertex stands, by its row.
+
+    Raises:
+        InputError: naming the first that is not finite or too large.
+    """
+    fitting = (np.abs(positions) <= LARGEST_COORDINATE).all(axis=1)
+    if not fitting.all():
+        row = int(np.flatnonzero(~fitting)[0])
+        found = next(value for value in positions[row] if not abs(value) <= LARGEST_COORDINATE)
+        raise InputError(
+            f"expected a finite number of at most {LARGEST_COORDINATE:g}, found {found:g}",
+            place=place(row),
+        )
+
+
+def check_corners(
+    corners: NDArray[np.int64],
+    sizes: NDArray[np.int64],
+    vertices: int,
+    place: Callable[[int], str],
+) -> None:
+    """Compare (c,) corners of (p,) polygons with the number of vertices.
+
+    Raises:
+        InputError: naming the first that is not among them.
+    """
+    outside = (corners < 0) | (corners >= vertices)
+    if outside.any():
+        corner = int(np.flatnonzero(outside)[0])
+        polygon = int(np.searchsorted(np.cumsum(sizes), corner, side="right"))
+        expected = f"0 to {vertices - 1}" if vertices else "none: there are no vertices"
+        raise InputError(
+            f"a face names vertex {corners[corner]}; expected {expected}", place=place(polygon)
+        )

@@ -1,0 +1,103 @@
+"""Reads stereolithography files.
+
+Source: "StereoLithography Interface Specification", 3D Systems (1988). A binary file is 80
+bytes of anything, a count, and 50 bytes for each triangle; some start with ``solid`` too, so
+the length decides.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.foreign.polygons import Polygons, check_positions
+from meshcone.assets.foreign.text import Line, content_lines, points, shown
+from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
+
+_HEADER = 84
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+# What may come after each line of an ASCII file, and where that leads.
+_NEXT = {
+    "the beginning": {b"solid": "solid"},
+    "solid": {b"facet": "facet", b"endsolid": "endsolid"},
+    "facet": {b"outer": "outer loop"},
+    "outer loop": {b"vertex": "the first vertex"},
+    "the first vertex": {b"vertex": "the second vertex"},
+    "the second vertex": {b"vertex": "the third vertex"},
+    "the third vertex": {b"endloop": "endloop"},
+    "endloop": {b"endfacet": "endfacet"},
+    "endfacet": {b"facet": "facet", b"endsolid": "endsolid"},
+    "endsolid": {b"solid": "solid"},
+}
+
+
+def is_binary_stl(data: bytes) -> bool:
+    """Whether a file is exactly as long as its count of triangles says."""
+    return len(data) >= _HEADER and len(data) == _binary_length(data)
+
+
+def read_stl(data: bytes, limits: Limits) -> Polygons:
+    """Read an ASCII or binary STL file; its normals are passed over.
+
+    Raises:
+        InputError: with the line or byte at fault.
+        LimitError: more triangles than ``limits`` accept.
+    """
+    if is_binary_stl(data):
+        return _read_binary(data, limits)
+    if data[:4096].lstrip()[:5].lower() == b"solid":
+        return _read_ascii(data, limits)
+    if len(data) < _HEADER:
+        raise InputError(f"a binary STL has at least {_HEADER} bytes, the file {len(data)}")
+    raise InputError(
+        f"expected {_binary_length(data):,} bytes for the triangles declared, found {len(data):,}",
+        place="byte 80",
+    )
+
+
+def _binary_length(data: bytes) -> int:
+    (count,) = struct.unpack_from("<I", data, 80)
+    return _HEADER + _TRIANGLE.itemsize * int(count)
+
+
+def _read_binary(data: bytes, limits: Limits) -> Polygons:
+    count = (len(data) - _HEADER) // _TRIANGLE.itemsize
+    limits.check("faces", count, "triangles", "byte 80")
+    limits.check("vertices", 3 * count, "vertices", "byte 80")
+    table = np.frombuffer(data, _TRIANGLE, offset=_HEADER)
+    positions = table["corners"].reshape(-1, 3).astype(np.float64)
+    check_positions(positions, lambda row: f"byte {_HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
+    return _soup(positions)
+
+
+def _read_ascii(data: bytes, limits: Limits) -> Polygons:
+    vertices: list[Line] = []
+    state, number = "the beginning", 1
+    for line in content_lines(data, limits):
+        number = line[0]
+        keyword = line[1].split(None, 1)[0].lower()
+        if keyword not in _NEXT[state]:
+            raise _unexpected(state, f"'{shown(keyword)}'", number)
+        state = _NEXT[state][keyword]
+        if keyword == b"vertex":
+            vertices.append((number, line[1][len(keyword) :]))
+    if state != "endsolid":
+        raise _unexpected(state, "the end of the file", number)
+    limits.check("faces", len(vertices) // 3, "triangles")
+    limits.check("vertices", len(vertices), "vertices")
+    return _soup(points(vertices))
+
+
+def _unexpected(state: str, found: str, line: int) -> InputError:
+    expected = " or ".join(f"'{keyword.decode()}'" for keyword in _NEXT[state])
+    return InputError(f"expected {expected} after {state}, found {found}", place=f"line {line}")
+
+
+def _soup(positions: NDArray[np.float64]) -> Polygons:
+    """Triangles that share no vertex; welding joins them."""
+    corners = np.arange(len(positions), dtype=np.int64)
+    return Polygons(positions, corners, np.full(len(positions) // 3, 3, dtype=np.int64))
