@@ -1,0 +1,1 @@
+"""Results of gates in the formats that CI systems read."""

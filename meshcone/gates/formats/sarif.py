@@ -1,0 +1,129 @@
+"""SARIF 2.1.0 (OASIS standard): a result for each bound that is exceeded or could not be tested.
+
+Section numbers are those of the standard.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import PurePath
+from typing import Any
+from urllib.parse import quote
+
+from meshcone.gates.records import GateCheck
+from meshcone.gates.results import AssetResult, GateRun
+from meshcone.gates.words import name_of
+
+SCHEMA = (
+    "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+)
+UNUSABLE = "unusable-file"  # rule of files that could not be read
+
+
+def to_sarif(run: GateRun) -> bytes:
+    """Write a run as a SARIF log; paths that are not absolute are under ``%SRCROOT%``."""
+    rules = _rules(run.assets)
+    ids = [rule["id"] for rule in rules]
+    log = {
+        "$schema": SCHEMA,
+        "version": "2.1.0",
+        "runs": [
+            {
+                "tool": {"driver": {"name": "MeshCone", "version": run.version, "rules": rules}},
+                "invocations": [_invocation(run)],
+                "artifacts": [
+                    {"location": _location(asset), "roles": ["analysisTarget"]}
+                    for asset in run.assets
+                ],
+                "results": [
+                    result
+                    for index, asset in enumerate(run.assets)
+                    for result in _results(asset, index, ids)
+                ],
+                "columnKind": "utf16CodeUnits",
+            }
+        ],
+    }
+    return json.dumps(log, indent=2, ensure_ascii=False).encode() + b"\n"
+
+
+def _rules(assets: Sequence[AssetResult]) -> list[dict[str, Any]]:
+    """Describe every check made, whether it found something or not (3.19.23)."""
+    checks = {check.rule: check for asset in assets for check in asset.checks()}
+    rules = [_rule(each.rule, f"{name_of(each.key)}, '{each.bound}'") for each in checks.values()]
+    if any(_is_unusable(asset) for asset in assets):
+        rules.append(_rule(UNUSABLE, "the file cannot be used"))
+    return rules
+
+
+def _rule(identifier: str, description: str) -> dict[str, Any]:
+    return {
+        "id": identifier,
+        "shortDescription": {"text": description},
+        "defaultConfiguration": {"level": "error"},
+    }
+
+
+def _results(asset: AssetResult, index: int, ids: Sequence[str]) -> Iterable[dict[str, Any]]:
+    for check in asset.checks():
+        if check.status != "pass":
+            yield {
+                **_result(asset, index, ids, check.rule, check.words),
+                # Only what failed has a level (3.27.10); `open` is undecided (3.27.9).
+                "kind": "fail" if check.status == "fail" else "open",
+                "level": check.severity if check.status == "fail" else "none",
+                "properties": _properties(check),
+            }
+    if asset.error is not None and _is_unusable(asset):
+        yield {**_result(asset, index, ids, UNUSABLE, asset.error.message), "level": "error"}
+
+
+def _result(
+    asset: AssetResult, index: int, ids: Sequence[str], rule: str, words: str
+) -> dict[str, Any]:
+    location = {**_location(asset), "index": index}
+    # A mesh has no lines, but viewers that know source files only show nothing without one.
+    place = {"artifactLocation": location, "region": {"startLine": 1}}
+    fingerprint = hashlib.sha256(f"{asset.name}\n{rule}".encode()).hexdigest()
+    return {
+        "ruleId": rule,
+        "ruleIndex": ids.index(rule),
+        "message": {"text": f"{asset.name}: {words}"},
+        "locations": [{"physicalLocation": place}],
+        "partialFingerprints": {"assetAndRule/v1": fingerprint},
+    }
+
+
+def _properties(check: GateCheck) -> dict[str, Any]:
+    values = check.model_dump(mode="json", include={"value", "limit", "allowed", "position"})
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _invocation(run: GateRun) -> dict[str, Any]:
+    """Say whether we did our work: a fault of ours is no finding about a file (3.20.14)."""
+    notifications = [
+        {
+            "level": "error",
+            "message": {"text": f"{asset.name}: {asset.error.message}"},
+            "locations": [{"physicalLocation": {"artifactLocation": _location(asset)}}],
+        }
+        for asset in run.internal_errors()
+        if asset.error is not None
+    ]
+    return {
+        "executionSuccessful": not notifications,
+        "toolExecutionNotifications": notifications,
+    }
+
+
+def _is_unusable(asset: AssetResult) -> bool:
+    return asset.error is not None and asset.error.kind != "internal"
+
+
+def _location(asset: AssetResult) -> dict[str, Any]:
+    path = PurePath(asset.source)
+    if path.is_absolute():
+        return {"uri": path.as_uri()}
+    return {"uri": quote(path.as_posix()), "uriBaseId": "%SRCROOT%"}

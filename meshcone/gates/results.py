@@ -1,0 +1,79 @@
+"""What came of holding many assets against their gates."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from meshcone.errors import ErrorKind, MeshConeError
+from meshcone.gates.records import GateCheck, GateVerdict
+
+# `error`: there is no verdict, because a file could not be used or the work was not done.
+Ending = Literal["pass", "fail", "not_tested", "error"]
+_WORST_FIRST: tuple[Ending, ...] = ("error", "fail", "not_tested", "pass")
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
+
+
+class AssetError(_Record):
+    """Why an asset has no verdict."""
+
+    kind: ErrorKind
+    message: str = Field(description="one line, with the file it concerns")
+
+    @staticmethod
+    def of(error: MeshConeError) -> AssetError:
+        """The public part of an error."""
+        return AssetError(kind=error.kind, message=str(error))
+
+
+class AssetResult(_Record):
+    """One asset: a verdict, or an error instead."""
+
+    name: str = Field(description="what globs and reports know it by")
+    source: str = Field(description="path, with forward slashes")
+    reference: str = Field(description="path, with forward slashes")
+    seconds: float = Field(description="wall-clock time it took")
+    verdict: GateVerdict | None = None
+    error: AssetError | None = None
+    warnings: tuple[str, ...] = Field((), description="what the report warns of")
+
+    @property
+    def ending(self) -> Ending:
+        """The verdict in a word, or that there is none."""
+        return "error" if self.verdict is None else self.verdict.verdict
+
+    def checks(self) -> Sequence[GateCheck]:
+        """Its checks, none where there is no verdict."""
+        return () if self.verdict is None else self.verdict.checks
+
+
+class GateRun(_Record):
+    """All assets of one run."""
+
+    schema_: Literal["meshcone.gate/1"] = Field("meshcone.gate/1", alias="schema")
+    version: str
+    verdict: Ending = Field(description="the worst there is: error, fail, not_tested, pass")
+    counts: dict[Ending, int] = Field(description="assets by how they ended")
+    assets: tuple[AssetResult, ...]
+
+    @staticmethod
+    def of(assets: Sequence[AssetResult]) -> GateRun:
+        """Sum up the results of at least one asset."""
+        counts = Counter(asset.ending for asset in assets)
+        return GateRun(
+            version=version("meshcone"),
+            verdict=next(ending for ending in _WORST_FIRST if counts[ending]),
+            counts={ending: counts[ending] for ending in _WORST_FIRST},
+            assets=tuple(assets),
+        )
+
+    def internal_errors(self) -> Iterator[AssetResult]:
+        """The assets that a fault of ours left without a verdict."""
+        return (each for each in self.assets if each.error and each.error.kind == "internal")
