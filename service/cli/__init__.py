@@ -1,6 +1,6 @@
 """The command line: one module a command, put together here."""
 
-from service.cli import api, demo, measure, openapi, refine, serve, verify, worker
+from service.cli import api, demo, gate, measure, openapi, refine, serve, verify, worker
 from service.cli.boundary import CommandLine
 
 app = CommandLine(
@@ -13,6 +13,7 @@ app = CommandLine(
 app.command("demo")(demo.command)
 app.command("refine")(refine.command)
 app.command("measure")(measure.command)
+app.command("gate")(gate.command)
 app.command("verify")(verify.command)
 app.command("serve")(serve.command)
 app.command("api")(api.command)

@@ -1,0 +1,170 @@
+"""``meshcone gate``: a verdict that a CI job can act on."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from meshcone.errors import InputError
+from service.cli.arguments import Assignments, options_from
+from service.cli.boundary import BAD_INPUT, INTERNAL
+from service.cli.local_files import read_bytes
+from service.cli.output import require_writable, write_together
+
+if TYPE_CHECKING:
+    from meshcone.gates.results import GateRun
+    from meshcone.options import Mode
+    from service.gating.job import GateJob, Gatekeeper
+    from service.gating.pairs import Pair
+
+_NOT_PASSED = 1  # exit code
+
+
+def command(
+    paths: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="SOURCE REFERENCE",
+            help="The mesh and the mesh it should have been. With --manifest: files that "
+            "changed, to gate only the pairs they belong to.",
+            show_default=False,
+        ),
+    ] = None,
+    gates: Annotated[
+        Path | None, typer.Option(help="Gates to pass, as TOML or JSON.", show_default=False)
+    ] = None,
+    manifest: Annotated[
+        Path | None,
+        typer.Option(help="List of pairs, as TOML, JSON or CSV.", show_default=False),
+    ] = None,
+    refine: Annotated[
+        bool, typer.Option("--refine", help="Gate what refining the source leads to.")
+    ] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="JSON to write.", show_default=False)
+    ] = None,
+    junit_file: Annotated[
+        Path | None, typer.Option("--junit", help="JUnit XML to write.", show_default=False)
+    ] = None,
+    sarif_file: Annotated[
+        Path | None, typer.Option("--sarif", help="SARIF 2.1.0 to write.", show_default=False)
+    ] = None,
+    server: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="MeshCone service to work there.", show_default=False),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(min=1, max=256, help="Pairs at a time. [default: one for each processor]"),
+    ] = None,
+    assignments: Assignments = None,
+) -> int:
+    """Hold SOURCE against REFERENCE, or all pairs of a manifest, and give a verdict.
+
+    Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
+    not be used, 3 after a fault of MeshCone's own.
+    """
+    outputs = {"json": json_file, "junit": junit_file, "sarif": sarif_file}
+    wanted = {name: path for name, path in outputs.items() if path is not None}
+    for path in wanted.values():
+        require_writable(path)
+    if gates is None:
+        raise InputError("--gates is missing: name the file with the gates to pass")
+    pairs = _pairs(paths or [], manifest, always={gates})
+    work = _jobs(pairs, gates, assignments, mode="refine" if refine else "measure")
+    if not work:
+        typer.echo("no pair has one of these files")
+        return 0
+    run = _run(work, server, jobs or os.cpu_count() or 1)
+    write_together({path: _written(name, run) for name, path in wanted.items()})
+    _show(run)
+    return _exit_code(run)
+
+
+def _pairs(paths: list[Path], manifest: Path | None, always: set[Path]) -> list[Pair]:
+    from service.gating.pairs import read_manifest, single_pair
+
+    if manifest is None:
+        if len(paths) != 2:  # a source and a reference
+            raise InputError("expected SOURCE and REFERENCE, or --manifest")
+        return [single_pair(*paths)]
+    pairs = read_manifest(manifest)
+    if not paths or not {path.resolve() for path in always | {manifest}}.isdisjoint(
+        path.resolve() for path in paths
+    ):
+        return pairs
+    return [pair for pair in pairs if pair.has(paths)]
+
+
+def _jobs(
+    pairs: list[Pair], gates: Path, assignments: list[str] | None, mode: Mode
+) -> list[GateJob]:
+    from meshcone.gates.files import parse_gate_file
+    from service.gating.job import GateJob
+
+    options = options_from(assignments)
+    if options.model_fields_set & {"mode", "gates"}:
+        raise InputError("'mode' and 'gates' are set by --refine and --gates here")
+    options = options.model_copy(update={"mode": mode})
+    file = parse_gate_file(gates.name, read_bytes(gates), mode)
+    return [
+        GateJob(pair, options.model_copy(update={"gates": dict(file.for_asset(pair.name))}))
+        for pair in pairs
+    ]
+
+
+def _run(work: list[GateJob], server: str | None, at_once: int) -> GateRun:
+    from service.gating.display import progress_bar
+    from service.gating.run import run_jobs
+
+    keeper = _keeper(server, work[0].options.mode)
+    with progress_bar(len(work)) as show:
+        return run_jobs(work, keeper, min(at_once, len(work)), show)
+
+
+def _keeper(server: str | None, mode: Mode) -> Gatekeeper:
+    if server is not None:
+        from service.gating.remote import RemoteGatekeeper
+
+        return RemoteGatekeeper(server)
+    from service.gating.local import LocalGatekeeper
+
+    return LocalGatekeeper(mode)
+
+
+def _written(form: str, run: GateRun) -> bytes:
+    from meshcone.gates.formats.junit import to_junit
+    from meshcone.gates.formats.sarif import to_sarif
+
+    if form == "json":
+        return run.model_dump_json(indent=2).encode() + b"\n"
+    return to_junit(run) if form == "junit" else to_sarif(run)
+
+
+def _show(run: GateRun) -> None:
+    from rich.console import Console
+
+    from service.gating.display import check_lines, closing_line, finding_lines, summary_table
+
+    for asset in run.assets:
+        if asset.error is not None:
+            typer.echo(f"meshcone: {' '.join(asset.error.message.split())}", err=True)
+    if len(run.assets) == 1:
+        for line in check_lines(run.assets[0]):
+            typer.echo(line)
+        return
+    Console().print(summary_table(run))
+    for line in finding_lines(run):
+        typer.echo(line)
+    typer.echo(closing_line(run))
+
+
+def _exit_code(run: GateRun) -> int:
+    if any(run.internal_errors()):
+        return INTERNAL
+    if run.verdict == "error":
+        return BAD_INPUT
+    return 0 if run.verdict == "pass" else _NOT_PASSED

@@ -1,0 +1,96 @@
+"""What ``meshcone gate`` shows on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from meshcone.gates.records import GateCheck
+from meshcone.gates.results import AssetResult, GateRun
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+@contextmanager
+def progress_bar(total: int) -> Iterator[Callable[[AssetResult], None]]:
+    """Show on stderr how many assets are done; silent where that is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("gate"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("", total=total)
+        failed = 0
+
+        def show(result: AssetResult) -> None:
+            nonlocal failed
+            failed += result.ending != "pass"
+            description = f"{failed} not passed" if failed else ""
+            bar.update(task, advance=1, description=description)
+
+        yield show
+
+
+def summary_table(run: GateRun) -> Table:
+    """A row for each asset: its verdict, how many checks it passed, how long it took."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("asset", overflow="fold")
+    table.add_column("verdict")
+    table.add_column("checks passed", justify="right")
+    table.add_column("seconds", justify="right")
+    for asset in run.assets:
+        checks = asset.checks()
+        passed = sum(check.status == "pass" for check in checks)
+        table.add_row(
+            asset.name,
+            _shown(asset.ending),
+            f"{passed} of {len(checks)}" if checks else "-",
+            f"{asset.seconds:.2f}",
+        )
+    return table
+
+
+def check_lines(asset: AssetResult) -> Iterator[str]:
+    """A line for each check of an asset."""
+    for check in asset.checks():
+        yield f"{_label(check):<11} {check.words}"
+
+
+def finding_lines(run: GateRun) -> Iterator[str]:
+    """A line for each check, of any asset, that did not pass."""
+    for asset in run.assets:
+        for check in asset.checks():
+            if check.status != "pass":
+                yield f"{_label(check):<11} {asset.name}: {check.words}"
+
+
+def closing_line(run: GateRun) -> str:
+    """How many assets ended how."""
+    ends = ", ".join(f"{number} {_shown(name)}" for name, number in run.counts.items() if number)
+    return f"{len(run.assets)} {'asset' if len(run.assets) == 1 else 'assets'}: {ends}"
+
+
+def _label(check: GateCheck) -> str:
+    if check.status == "pass":
+        return "ok"
+    if check.status == "not_tested":
+        return "NOT TESTED" if check.severity == "error" else "not tested"
+    return "FAILED" if check.severity == "error" else "warning"
+
+
+def _shown(ending: str) -> str:
+    return {"not_tested": "not tested", "fail": "FAILED", "error": "ERROR"}.get(ending, ending)

@@ -1,0 +1,68 @@
+"""What is to be done with a pair, wherever it is done."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from meshcone.errors import MeshConeError
+from meshcone.gates.records import GateVerdict
+from meshcone.gates.results import AssetError, AssetResult
+from meshcone.options import Options
+from service.gating.pairs import Pair, shown
+
+
+@dataclass(frozen=True)
+class GateJob:
+    """A pair and the options of the work on it, with its gates and the mode among them."""
+
+    pair: Pair
+    options: Options
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What came of a job that was done."""
+
+    verdict: GateVerdict
+    warnings: tuple[str, ...]
+
+    @staticmethod
+    def of(report: dict[str, Any]) -> Judgement:
+        """Take it from a report as JSON, in which there are gates."""
+        return Judgement(GateVerdict.model_validate(report["gates"]), tuple(report["warnings"]))
+
+
+_UNGATED = Judgement(GateVerdict.of(()), ("no gate applies to this asset",))
+
+
+class Gatekeeper(Protocol):
+    """Whoever does such jobs, several at a time, each in a thread of the caller's."""
+
+    def judge(self, job: GateJob) -> AssetResult:
+        """Do a job; its errors are part of the answer."""
+
+    def stop(self) -> None:
+        """Give up what is being done."""
+
+
+def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
+    """Do a job and make a result of what it returns or raises on purpose."""
+    started = time.monotonic()
+    judgement: Judgement | None = None
+    error: AssetError | None = None
+    try:
+        judgement = work(job) if job.options.gates else _UNGATED
+    except MeshConeError as found:
+        error = AssetError.of(found)
+    return AssetResult(
+        name=job.pair.name,
+        source=shown(job.pair.source),
+        reference=shown(job.pair.reference),
+        seconds=time.monotonic() - started,
+        verdict=judgement.verdict if judgement else None,
+        error=error,
+        warnings=judgement.warnings if judgement else (),
+    )

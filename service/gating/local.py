@@ -1,0 +1,111 @@
+"""Gating on this machine: a process for each pair, so that none can take others with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from contextlib import closing
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerProcess
+
+from meshcone.errors import InternalError, LimitError, MeshConeError
+from meshcone.gates.results import AssetResult
+from meshcone.options import Mode
+from service.cli.local_files import read_local
+from service.gating.job import GateJob, Judgement, judged
+from worker.lifeline import die_with_parent
+
+_ENGINES = {"refine": "meshcone.refine", "measure": "meshcone.measure"}
+
+
+class LocalGatekeeper:
+    """Does every job in a process of its own.
+
+    The processes are forked from one that has imported the engine, which takes longer than
+    most measurements do.
+    """
+
+    def __init__(self, mode: Mode) -> None:
+        """Prepare; ``mode`` says which engine the jobs will need."""
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload([_ENGINES[mode], __name__])
+        self._lock = threading.Lock()
+        self._running: set[ForkServerProcess] = set()
+        self._stopped = False
+
+    def judge(self, job: GateJob) -> AssetResult:
+        """Do a job; its errors are part of the answer."""
+        return judged(job, self._work)
+
+    def stop(self) -> None:
+        """End the processes that run, and start no more."""
+        with self._lock:
+            self._stopped = True
+            for process in self._running:
+                process.terminate()
+
+    def _work(self, job: GateJob) -> Judgement:
+        receiver, sender = self._context.Pipe(duplex=False)
+        process = self._context.Process(target=_child, args=(sender, job), daemon=True)
+        with closing(receiver):
+            self._start(process)
+            sender.close()  # or its end would never be seen
+            try:
+                answer = receiver.recv()
+            except EOFError:
+                answer = None
+            finally:
+                self._finish(process)
+        if answer is None:
+            raise InternalError(f"the process that worked on it {_ended(process.exitcode)}")
+        if isinstance(answer, MeshConeError):
+            raise answer
+        return Judgement.of(answer)
+
+    def _start(self, process: ForkServerProcess) -> None:
+        with self._lock:
+            if self._stopped:
+                raise InternalError("not begun: the run was stopped")
+            process.start()
+            self._running.add(process)
+
+    def _finish(self, process: ForkServerProcess) -> None:
+        process.join()
+        with self._lock:
+            self._running.discard(process)
+
+
+def _ended(code: int | None) -> str:
+    if code is not None and code < 0:
+        name = signal.Signals(-code).name
+        return f"was ended by {name}; that may be for want of memory"
+    return f"ended with exit code {code}"
+
+
+def _child(sender: Connection, job: GateJob) -> None:
+    die_with_parent(os.getppid(), signal.SIGKILL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what a Ctrl-C ends
+    answer: object
+    try:
+        answer = _report(job)
+    except MeshConeError as error:
+        answer = error
+    except MemoryError:
+        answer = LimitError("needs more memory than this machine has")
+    except Exception as error:  # noqa: BLE001 - whatever it is, it concerns this pair alone
+        answer = InternalError(f"unexpected {type(error).__name__}: {error}")
+    sender.send(answer)
+
+
+def _report(job: GateJob) -> dict[str, object]:
+    source, reference = read_local(job.pair.source), read_local(job.pair.reference)
+    wanted = {"gates", "warnings"}
+    if job.options.mode == "measure":
+        from meshcone.measure import measure
+
+        return measure(source, reference, job.options).model_dump(include=wanted)
+    from meshcone.refine import refine
+
+    return refine(source, reference, job.options).report.model_dump(include=wanted)
