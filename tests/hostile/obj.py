@@ -73,7 +73,7 @@ CASES = [
 _MANY = 13_000_000
 
 BOMBS = [
-    _bomb("nothing but line ends", lambda: b"\n" * 200_000_000, None, "200,000,001 lines"),
+    _bomb("line ends", lambda: CORNERS.encode() + b"\n" * 200_000_000, None, "200,000,005 lines"),
     _bomb("a keyword a line", lambda: b"v\n" * _MANY, None, "13,000,001 lines"),
     _bomb(
         "one face of 60 million corners",
