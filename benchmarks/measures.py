@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from flips import FacingReference, flipped_faces
 
-from meshcone.quality.metrics import SampledSurface, aspect_ratio, compare
+from meshcone.quality.metrics import ClosestTriangles, aspect_ratio
+from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.surface import Mesh
 
-_SAMPLES = 5000
+_SAMPLING = Sampling(samples=5000, emd_samples=0, curvature_samples=0)
 # Not the options' default seed: the engine must not be measured where it looked itself.
 _SEED = 20_000
-_FEWEST_MATCHED = 16  # the earth mover's distance is not used here; keep its cost away
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class Yardstick:
 
     def measure(self, mesh: Mesh) -> Measures:
         """Measure a mesh in the reference's frame; distances are in radii."""
-        metrics = compare(_sampled(mesh), self._reference)
+        closest = ClosestTriangles.between(_sampled(mesh), self._reference)
         return Measures(
-            point_to_surface=metrics.point_to_surface.mean,
-            normals=metrics.surface_normal_consistency,
-            aspect_ratio=metrics.aspect_ratio.median,
+            point_to_surface=closest.point_to_surface().mean,
+            normals=closest.normal_consistency(),
+            aspect_ratio=aspect_ratio(mesh).median,
         )
 
     def flipped(self, before: Mesh, after: Mesh) -> int:
@@ -60,4 +60,4 @@ def usable(mesh: Mesh) -> bool:
 
 
 def _sampled(mesh: Mesh) -> SampledSurface:
-    return SampledSurface.of(mesh, _SAMPLES, _FEWEST_MATCHED, _SEED)
+    return SampledSurface(mesh, _SAMPLING, _SEED)

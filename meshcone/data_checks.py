@@ -11,7 +11,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from meshcone.quality.records import Validity
-from meshcone.quality.validity import inspect
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, Ints, row_dot
 
@@ -27,12 +26,16 @@ _FLAT = 0.05
 _INSIDE_OUT = 0.6
 
 
-def data_warnings(source: Mesh, reference: Mesh) -> list[str]:
+def data_warnings(
+    source: Mesh, reference: Mesh, found: Validity, reference_found: Validity
+) -> list[str]:
     """Describe what may be wrong with a pair, a sentence each.
 
     Args:
         source: in the reference's frame.
         reference: in its own frame, where its radius is 1.
+        found: what was counted on the source.
+        reference_found: what was counted on the reference.
     """
     unusable = [
         f"The {name} holds no surface."
@@ -44,7 +47,6 @@ def data_warnings(source: Mesh, reference: Mesh) -> list[str]:
     placement = list(_placement(source, reference))
     # Distances say nothing new of meshes that lie in different places.
     fit = [] if placement else _fit(source, reference)
-    found, reference_found = inspect(source), inspect(reference)
     return [
         *placement,
         *fit,
@@ -114,37 +116,30 @@ def _fit(source: Mesh, reference: Mesh) -> list[str]:
 
 def _defects(name: str, mesh: Mesh, validity: Validity) -> Iterator[str]:
     isolated = len(mesh.vertices) - len(_used(mesh))
-    turned = _turned_edges(mesh)
     if validity.non_manifold_edges:
         yield (
             f"The {name} has {_count(validity.non_manifold_edges, 'edge')} where more than two "
             "faces meet."
         )
-    if turned:
+    if validity.opposed_edges:
         yield (
-            f"The {name} has {_count(turned, 'edge')} across which neighbouring faces turn their "
-            "outsides in opposite directions."
+            f"The {name} has {_count(validity.opposed_edges, 'edge')} across which neighbouring "
+            "faces turn their outsides in opposite directions."
         )
     if validity.duplicate_faces:
         yield (
             f"The {name} has {_count(validity.duplicate_faces, 'face')} with the same corners as "
             "another."
         )
+    if validity.self_intersections:
+        yield (
+            f"The {name} has {_count(validity.self_intersections, 'pair')} of faces that pass "
+            "through each other."
+        )
     if validity.degenerate_faces:
         yield f"The {name} has {_count(validity.degenerate_faces, 'face')} without area."
     if isolated:
         yield f"The {name} has {_count(isolated, 'vertex', 'vertices')} that no face uses."
-
-
-def _turned_edges(mesh: Mesh) -> int:
-    """Count edges of two faces that both run along it in the same direction."""
-    faces = mesh.faces
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    ascending = ends[:, 0] < ends[:, 1]
-    ordered = np.sort(ends, axis=1)
-    _, edge = np.unique(ordered[:, 0] * len(mesh.vertices) + ordered[:, 1], return_inverse=True)
-    uses, upward = np.bincount(edge), np.bincount(edge, ascending)
-    return int(np.count_nonzero((uses == 2) & (upward != 1)))
 
 
 def _pieces(pieces: int, reference_pieces: int) -> Iterator[str]:

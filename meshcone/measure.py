@@ -8,6 +8,7 @@ from meshcone.files import MeshFile
 from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
+from meshcone.outcome import decide_agreement
 from meshcone.pair import read_pair
 from meshcone.report import MeasureReport, Timings
 from meshcone.scoring import Scorer
@@ -28,21 +29,24 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
-        scorer = Scorer(pair.reference, options)
-        quality = scorer.quality(scorer.score(pair.source), None)
+        scorer = Scorer(pair.source, pair.reference, options)
+        quality = scorer.quality(refined=None)
+        warnings = pair.warnings(quality.input.validity, quality.floor.validity)
     report = MeasureReport(
         version=version("meshcone"),
-        inputs=pair.inputs(),
+        outcome=decide_agreement(quality.input, quality.floor),
+        inputs=pair.inputs(quality.input.validity, quality.floor.validity),
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),
         options=options,
         quality=quality,
-        warnings=pair.warnings(),
+        warnings=warnings,
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],
             quality=watch.seconds["quality"],
             total=watch.total,
+            metrics=scorer.seconds,
         ),
     )
     return judged(report)

@@ -178,9 +178,7 @@ class SelectOptions(_Section):
     meshes: tuple[PartKey, ...] = Field(
         (), max_length=1000, description="meshes of a glTF, objects (`o`) of an OBJ"
     )
-    groups: tuple[PartKey, ...] = Field(
-        (), max_length=1000, description="groups (`g`) of an OBJ"
-    )
+    groups: tuple[PartKey, ...] = Field((), max_length=1000, description="groups (`g`) of an OBJ")
     materials: tuple[PartKey, ...] = Field((), max_length=1000, description="materials")
 
     def given(self) -> dict[str, tuple[str | int, ...]]:
@@ -192,10 +190,33 @@ class SelectOptions(_Section):
 class QualityOptions(_Section):
     """How the metrics are sampled."""
 
+    sampling: Literal["sobol", "random"] = Field(
+        "sobol",
+        description="sobol: a scrambled low-discrepancy sequence; random: independent draws",
+    )
     samples: int = Field(5000, ge=16, le=1_000_000, description="samples per surface")
     emd_samples: int = Field(
         1024, ge=16, le=8192, description="samples per surface for the exact earth mover's distance"
     )
+    curvature_samples: int = Field(
+        1024, ge=16, le=1_000_000, description="samples per surface for the curvature error"
+    )
+    intersection_pairs: int = Field(
+        5_000_000,
+        ge=0,
+        le=1_000_000_000,
+        description="pairs of faces that may be tested for self-intersections, about a "
+        "microsecond each; a mesh that has more is not tested",
+    )
+
+
+# What a preset puts in place of the defaults; what a caller sets besides still holds.
+_PRESETS: dict[str, dict[str, Any]] = {
+    "paper": {
+        "formulation": "centroid",
+        "quality": {"sampling": "random", "samples": 5000, "emd_samples": 5000},
+    }
+}
 
 
 class Options(_Section):
@@ -208,6 +229,11 @@ class Options(_Section):
     )
     gates: dict[str, GateRule] = Field(
         {}, description="bounds on values of the report, by their names; see gates"
+    )
+    preset: Literal["default", "paper"] = Field(
+        "default",
+        description="which defaults hold: paper takes the formulation, the sampling and the "
+        "numbers of samples of the paper's experiments",
     )
     formulation: Formulation = Field("surface", description="which program to solve")
     effort: Literal["fast", "best"] = Field(
@@ -235,11 +261,34 @@ class Options(_Section):
     )
     select: SelectOptions = SelectOptions()
     seed: int = Field(0, ge=0, le=2**31 - 1, description="seed of every sampling")
+    baselines: bool = Field(
+        False,
+        description="score plain closest-point projection and Laplacian smoothing of the "
+        "source as well",
+    )
     centroid: CentroidOptions = CentroidOptions()
     surface: SurfaceOptions = SurfaceOptions()
     cones: ConeOptions = ConeOptions()
     solver: SolverOptions = SolverOptions()
     quality: QualityOptions = QualityOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_preset(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or not isinstance(given.get("preset"), str):
+            return given
+        return _filled_in(given, _PRESETS.get(given["preset"], {}))
+
+
+def _filled_in(given: dict[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Add what a nested document leaves open."""
+    filled = dict(given)
+    for name, value in defaults.items():
+        if isinstance(value, Mapping) and isinstance(filled.setdefault(name, {}), dict):
+            filled[name] = _filled_in(filled[name], value)
+        else:
+            filled.setdefault(name, value)
+    return filled
 
 
 def parse_options(document: Mapping[str, Any]) -> Options:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from meshcone.assets import Asset, read_asset
-from meshcone.assets.base import NormalsPolicy
+from meshcone.assets.policy import WritePolicy
 from meshcone.data_checks import data_warnings
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.quality.validity import inspect
+from meshcone.options import Options
+from meshcone.quality.records import Validity
 from meshcone.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
 from meshcone.surface import Frame, Mesh
 from meshcone.surface.alignment import Alignment, AlignmentMode, align
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Bools, Floats
 from meshcone.surface.similarity import invert, transform_points
 
 
@@ -31,6 +32,7 @@ class Pair:
         frame: the similarity into the reference's unit sphere.
         alignment: how the source was brought to the reference first, if it was; the file
             that is written stays where the source was.
+        policy: how the source is written back.
     """
 
     source_file: MeshFile
@@ -41,6 +43,22 @@ class Pair:
     reference: Mesh
     frame: Frame
     alignment: Alignment | None = None
+    policy: WritePolicy = field(default_factory=WritePolicy)
+
+    def under(self, options: Options) -> Pair:
+        """Settle how the source will be written, and what of it may move.
+
+        Raises:
+            InputError: the file has no part of a name that is asked for, or cannot be written.
+        """
+        policy = self.source_asset.policy(options)
+        self.source_asset.ensure_writable(policy)
+        return replace(self, policy=policy)
+
+    @property
+    def fixed(self) -> Bools:
+        """(n,) which vertices of the source may not move, for lack of being selected."""
+        return self.policy.fixed_vertices(self.source.faces, len(self.source.vertices))
 
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
@@ -69,11 +87,11 @@ class Pair:
             note=found.note,
         )
 
-    def inputs(self) -> Inputs:
-        """Describe both files for a report."""
+    def inputs(self, source: Validity, reference: Validity) -> Inputs:
+        """Describe both files for a report, with what was counted on their meshes."""
         return Inputs(
-            source=_describe(self.source_file, self.source_asset, self.source),
-            reference=_describe(self.reference_file, self.reference_asset, self.reference),
+            source=_describe(self.source_file, self.source_asset, source),
+            reference=_describe(self.reference_file, self.reference_asset, reference),
         )
 
     def frame_record(self) -> FrameRecord:
@@ -81,16 +99,34 @@ class Pair:
         x, y, z = map(float, self.frame.centre)
         return FrameRecord(centre=(x, y, z), radius=self.frame.radius)
 
-    def warnings(self) -> list[str]:
-        """Collect what the readers had to say, and what the pair suggests may be wrong with it."""
+    def warnings(self, source: Validity, reference: Validity) -> list[str]:
+        """Collect what the readers had to say, and what the pair suggests may be wrong with it.
+
+        Args:
+            source: what was counted on the source.
+            reference: what was counted on the reference.
+        """
         told = [
             f"{asset.name}: {warning}"
             for asset in (self.source_asset, self.reference_asset)
             for warning in asset.warnings
         ]
-        return told + data_warnings(self.source, self.reference)
+        found = data_warnings(self.source, self.reference, source, reference)
+        return told + self._writing() + found
 
-    def patched(self, positions: Floats, normals: NormalsPolicy) -> bytes:
+    def _writing(self) -> list[str]:
+        """What of the source stays although it could move, and what is changed besides."""
+        told = list(self.source_asset.changes(self.policy))
+        selected = self.policy.selected
+        if selected is not None:
+            fixed = self.fixed
+            told.append(
+                f"{np.count_nonzero(selected):,} of {len(selected):,} faces are selected; "
+                f"{np.count_nonzero(fixed):,} of {len(fixed):,} vertices belong to others and stay"
+            )
+        return [f"{self.source_asset.name}: {sentence}" for sentence in told]
+
+    def patched(self, positions: Floats) -> bytes:
         """Write the source file with its vertices at (n, 3) positions in the frame.
 
         Raises:
@@ -99,7 +135,7 @@ class Pair:
         model = self.frame.out_of(positions)
         if self.alignment is not None:
             model = transform_points(invert(self.alignment.matrix), model)
-        return self.source_asset.patched(model, normals=normals)
+        return self.source_asset.patched(model, self.policy)
 
     def read_patched(self, data: bytes) -> Asset:
         """Read a patched copy of the source file.
@@ -151,7 +187,7 @@ def read_pair(source: MeshFile, reference: MeshFile) -> Pair:
     )
 
 
-def _describe(file: MeshFile, asset: Asset, mesh: Mesh) -> InputRecord:
+def _describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
     counts = asset.counts()
     return InputRecord(
         name=asset.name,
@@ -164,5 +200,5 @@ def _describe(file: MeshFile, asset: Asset, mesh: Mesh) -> InputRecord:
         polygons=counts.polygons,
         meshes=counts.meshes,
         materials=counts.materials,
-        validity=inspect(mesh),
+        validity=validity,
     )

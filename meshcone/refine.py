@@ -76,8 +76,7 @@ def refine(
     watch = Stopwatch()
     tracker.enter("read")
     with watch.stage("read"):
-        pair = read_pair(source, reference)
-        pair.source_asset.ensure_writable(options.normals)
+        pair = read_pair(source, reference).under(options)
     with watch.stage("align"):
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)
@@ -99,7 +98,7 @@ def refine(
         data=written.data,
         media_type=pair.source_asset.media_type,
         # Only now is the last stage over.
-        report=judged(report.model_copy(update={"timings": _timings(watch)})),
+        report=judged(report.model_copy(update={"timings": _timings(watch, report)})),
         certificate=_certificate(pair, options, solved, written),
     )
 
@@ -117,7 +116,7 @@ def _write(pair: Pair, solved: RefinedPositions, options: Options) -> _Written:
     if solved.kept_input:
         data = pair.source_file.data
     else:
-        data = pair.patched(solved.positions, options.normals)
+        data = pair.patched(solved.positions)
     record = OutputRecord(
         name=_refined_name(pair.source_asset.name),
         sha256=hashlib.sha256(data).hexdigest(),
@@ -129,9 +128,9 @@ def _write(pair: Pair, solved: RefinedPositions, options: Options) -> _Written:
 def _report(
     pair: Pair, options: Options, problem: Formulated, solved: RefinedPositions, written: _Written
 ) -> Report:
-    scorer = Scorer(pair.reference, options)
-    before = scorer.score(pair.source)
-    after = scorer.score(pair.source.moved_to(written.positions))
+    scorer = Scorer(pair.source, pair.reference, options)
+    after = scorer.refined(pair.source.moved_to(written.positions))
+    validity = scorer.input.validity, scorer.floor.validity
     moves = np.linalg.norm(written.positions - pair.source.vertices, axis=1)
     certificate = None
     if solved.final is not None:
@@ -143,19 +142,24 @@ def _report(
     return Report(
         version=version("meshcone"),
         outcome=decide_outcome(
-            before, after, scorer.floor, float(moves.max()), solved.copied_reference
+            before=scorer.input,
+            after=after,
+            floor=scorer.floor,
+            samples=options.quality.samples,
+            largest_move=float(moves.max()),
+            copied=solved.copied_reference,
         ),
-        inputs=pair.inputs(),
+        inputs=pair.inputs(*validity),
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),
         options=options,
-        quality=scorer.quality(before, after),
+        quality=scorer.quality(after),
         output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,
         certificate=certificate,
-        warnings=pair.warnings() + _solver_warnings(solver, solved),
-        timings=Timings(read=0, quality=0, total=0),
+        warnings=pair.warnings(*validity) + _solver_warnings(solver, solved),
+        timings=Timings(read=0, quality=0, total=0, metrics=scorer.seconds),
     )
 
 
@@ -208,9 +212,10 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[str
     return warnings
 
 
-def _timings(watch: Stopwatch) -> Timings:
+def _timings(watch: Stopwatch, report: Report) -> Timings:
     stages = ("read", "align", "solve", "quality", "write")
-    return Timings(**{name: watch.seconds.get(name, 0.0) for name in stages}, total=watch.total)
+    seconds = {name: watch.seconds.get(name, 0.0) for name in stages}
+    return Timings(**seconds, total=watch.total, metrics=report.timings.metrics)
 
 
 def _refined_name(name: str) -> str:

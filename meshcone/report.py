@@ -14,6 +14,7 @@ from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.records import Quality, Validity
 
 Outcome = Literal["improved", "indistinguishable", "unchanged", "reference_copy", "worse"]
+Agreement = Literal["indistinguishable", "different"]
 
 
 class _Record(BaseModel):
@@ -112,6 +113,10 @@ class Timings(_Record):
     quality: float
     write: float = 0.0
     total: float
+    metrics: dict[str, float] = Field(
+        default_factory=dict,
+        description="what the stage 'quality' was spent on, by metric or the search behind several",
+    )
 
 
 class MeasureReport(_Record):
@@ -119,6 +124,7 @@ class MeasureReport(_Record):
 
     schema_: Literal["meshcone.measure/1"] = Field("meshcone.measure/1", alias="schema")
     version: str
+    outcome: Agreement = Field(description="whether samples can tell the two surfaces apart")
     inputs: Inputs
     frame: FrameRecord
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")

@@ -3,39 +3,80 @@
 from __future__ import annotations
 
 from meshcone.options import Options
-from meshcone.quality.metrics import SampledSurface, compare
-from meshcone.quality.records import Conventions, Metrics, Quality
+from meshcone.quality.baselines import project, smooth
+from meshcone.quality.conventions import conventions
+from meshcone.quality.metrics import compare
+from meshcone.quality.records import Baselines, Metrics, Quality
+from meshcone.quality.sampled import SampledSurface, Sampling
+from meshcone.quality.validity import inspect
+from meshcone.stopwatch import Stopwatch
 from meshcone.surface import Mesh
 
 
 class Scorer:
-    """A reference, sampled once for all meshes it is compared with."""
+    """A source and its reference, which is sampled once for all that is compared with it.
 
-    def __init__(self, reference: Mesh, options: Options) -> None:
-        """Sample the reference; ``options.quality`` and ``options.seed`` are read."""
-        self._options = options
-        self._reference = self._sampled(reference, options.seed + 1)
-        self.floor = compare(self._sampled(reference, options.seed), self._reference)
+    Attributes:
+        input: the source against the reference.
+        floor: the reference against itself, its second set of samples drawn independently.
+    """
 
-    def score(self, mesh: Mesh) -> Metrics:
-        """Measure a mesh in the reference's frame."""
-        return compare(self._sampled(mesh, self._options.seed), self._reference)
+    def __init__(self, source: Mesh, reference: Mesh, options: Options) -> None:
+        """Score the source and find the floor.
 
-    def quality(self, before: Metrics, after: Metrics | None) -> Quality:
-        """Put the metric sets beside the floor and the conventions."""
-        chosen = self._options.quality
+        Args:
+            source: in the reference's frame.
+            reference: in its own frame.
+            options: ``quality``, ``seed`` and ``baselines`` are read.
+        """
+        self._source, self._options = source, options
+        self._watch = Stopwatch()
+        chosen = options.quality
+        self._sampling = Sampling(
+            samples=chosen.samples,
+            emd_samples=chosen.emd_samples,
+            curvature_samples=chosen.curvature_samples,
+            method=chosen.sampling,
+        )
+        self._reference = self._sampled(reference, self._reference_seed)
+        self.input = self._score(source)
+        self.floor = self._score(reference)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds each part of the metrics has taken so far, of all meshes together."""
+        return dict(self._watch.seconds)
+
+    def refined(self, mesh: Mesh) -> Metrics:
+        """Measure the source at other positions; its flipped faces are counted."""
+        return self._score(mesh, before=self._source)
+
+    def quality(self, refined: Metrics | None) -> Quality:
+        """Put the metric sets beside the floor, the baselines and the conventions."""
         return Quality(
-            input=before,
-            refined=after,
+            input=self.input,
+            refined=refined,
             floor=self.floor,
-            conventions=Conventions(
-                samples=chosen.samples,
-                emd_samples=chosen.emd_samples,
-                sampling="scrambled Sobol sequence on the area distribution",
-                seed=self._options.seed,
-            ),
+            baselines=self._baselines() if self._options.baselines else None,
+            conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
         )
 
+    @property
+    def _reference_seed(self) -> int:
+        return self._options.seed + 1
+
+    def _baselines(self) -> Baselines:
+        return Baselines(
+            closest_point=self.refined(project(self._source, self._reference.tree)),
+            laplacian=self.refined(smooth(self._source)),
+        )
+
+    def _score(self, mesh: Mesh, before: Mesh | None = None) -> Metrics:
+        with self._watch.stage("validity"):
+            validity = inspect(mesh, self._options.quality.intersection_pairs, before)
+        surface = self._sampled(mesh, self._options.seed)
+        return compare(surface, self._reference, validity, self._watch)
+
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:
-        chosen = self._options.quality
-        return SampledSurface.of(mesh, chosen.samples, chosen.emd_samples, seed)
+        with self._watch.stage("sampling"):
+            return SampledSurface(mesh, self._sampling, seed)

@@ -25,6 +25,14 @@ def torus(rings: int = 48, sides: int = 24, tube: float = 0.35) -> Mesh:
     return Mesh(vertices, _grid_faces(rings, sides, wrap_rows=True, wrap_columns=True))
 
 
+def cylinder(sides: int, rings: int, radius: float, height: float) -> Mesh:
+    """An open cylinder around the z axis, centred."""
+    u, v = np.meshgrid(np.arange(sides), np.arange(rings), indexing="ij")
+    around, up = 2 * np.pi * u.ravel() / sides, v.ravel() / (rings - 1) - 0.5
+    vertices = np.stack([radius * np.cos(around), radius * np.sin(around), height * up], axis=1)
+    return Mesh(vertices, _grid_faces(sides, rings, wrap_rows=True, wrap_columns=False))
+
+
 def sheet(rows: int, columns: int) -> Mesh:
     """A flat open grid in the xy plane, unit spacing; V = rows·columns."""
     x, y = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")

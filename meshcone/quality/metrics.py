@@ -1,7 +1,7 @@
-"""Distances, normals and element quality of a mesh against a reference.
+"""Distances, normals, curvature and element quality of a mesh against a reference.
 
-Definitions are those of ``docs/metrics.md``; every number is relative to the frame the
-two meshes are in, the reference's unit sphere.
+Definitions are those of ``conventions.py`` and ``docs/metrics.md``; every number is relative
+to the frame the two meshes are in, the reference's unit sphere.
 """
 
 from __future__ import annotations
@@ -10,101 +10,196 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
-from meshcone.quality.records import AspectRatio, Metrics, PointToSurface
-from meshcone.surface import Mesh, SurfaceSamples, SurfaceTree, sample_surface
+from meshcone.quality.curvature import BALL_RADIUS
+from meshcone.quality.records import AspectRatio, Metrics, PointToSurface, Validity
+from meshcone.quality.sampled import SampledSurface
+from meshcone.stopwatch import Stopwatch
+from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, row_dot
 
 FSCORE_THRESHOLD = 0.01
 _SLIVER_ASPECT = 4.0
 
 
+def compare(
+    surface: SampledSurface,
+    reference: SampledSurface,
+    validity: Validity,
+    watch: Stopwatch | None = None,
+) -> Metrics:
+    """Measure one surface against another.
+
+    Args:
+        surface: the measured mesh.
+        reference: in its unit sphere, as the measured mesh.
+        validity: what was counted on the measured mesh.
+        watch: told how long each part takes.
+    """
+    watch = watch or Stopwatch()
+    with watch.stage("closest_triangles"):
+        closest = ClosestTriangles.between(surface, reference)
+    with watch.stage("nearest_samples"):
+        nearest = _NearestSamples.between(surface, reference)
+    with watch.stage("curvature_error"):
+        curvature = curvature_error(surface, reference)
+    with watch.stage("emd"):
+        emd = earth_movers_distance(surface.matching, reference.matching)
+    with watch.stage("aspect_ratio"):
+        aspect = aspect_ratio(surface.mesh)
+    return Metrics(
+        point_to_surface=closest.point_to_surface(),
+        chamfer=nearest.chamfer(),
+        chamfer_l1=nearest.chamfer_l1(),
+        hausdorff=nearest.hausdorff(),
+        hausdorff95=nearest.hausdorff95(),
+        normal_consistency=nearest.normal_consistency(),
+        surface_normal_consistency=closest.normal_consistency(),
+        normal_deviation_deg=closest.normal_deviation_deg(),
+        curvature_error=curvature,
+        fscore=nearest.fscore(),
+        emd=emd,
+        aspect_ratio=aspect,
+        validity=validity,
+    )
+
+
 @dataclass(frozen=True)
-class SampledSurface:
-    """A mesh with the samples its metrics are taken from.
+class ClosestTriangles:
+    """What points of either surface find on the other's triangles.
 
     Attributes:
-        mesh: the surface.
-        tree: closest points on it.
-        samples: samples for distances and normals.
-        matching: samples for the earth mover's distance.
+        distances: of the samples of each surface, (k,) twice.
+        cosines: absolute cosines of the samples' normals with the triangles', (k,) twice.
+        farthest: the distance and place of the sample or vertex farthest from the other
+            surface, of each surface. A vertex is where a spike is seen that no sample hits.
     """
 
-    mesh: Mesh
-    tree: SurfaceTree
-    samples: SurfaceSamples
-    matching: SurfaceSamples
+    distances: tuple[Floats, Floats]
+    cosines: tuple[Floats, Floats]
+    farthest: tuple[tuple[float, Floats], tuple[float, Floats]]
 
     @staticmethod
-    def of(mesh: Mesh, samples: int, emd_samples: int, seed: int) -> SampledSurface:
-        """Sample a mesh; the same seed on the same mesh gives the same samples."""
-        return SampledSurface(
-            mesh=mesh,
-            tree=SurfaceTree(mesh),
-            samples=sample_surface(mesh, samples, seed),
-            matching=sample_surface(mesh, emd_samples, seed),
+    def between(surface: SampledSurface, reference: SampledSurface) -> ClosestTriangles:
+        """Search in both directions."""
+        there, back = _search(surface, reference), _search(reference, surface)
+        return ClosestTriangles(
+            distances=(there[0], back[0]),
+            cosines=(there[1], back[1]),
+            farthest=(there[2], back[2]),
         )
 
+    def point_to_surface(self) -> PointToSurface:
+        """Distances to the triangles themselves."""
+        there, back = self.distances
+        largest, place = max(self.farthest, key=lambda found: found[0])
+        x, y, z = map(float, place)
+        return PointToSurface(
+            mean=float((there.mean() + back.mean()) / 2),
+            rms=float(np.sqrt((np.mean(there**2) + np.mean(back**2)) / 2)),
+            p95=float(np.quantile(np.concatenate([there, back]), 0.95)),
+            max=largest,
+            max_at=(x, y, z),
+        )
 
-def compare(surface: SampledSurface, reference: SampledSurface) -> Metrics:
-    """Measure one surface against another."""
-    to_reference = _Directed.between(surface.samples, reference)
-    to_surface = _Directed.between(reference.samples, surface)
-    both = (to_reference, to_surface)
-    sample_means = [d.to_samples.mean() for d in both]
-    return Metrics(
-        point_to_surface=_point_to_surface(to_reference.to_surface, to_surface.to_surface),
-        chamfer=float(sum(np.mean(d.to_samples**2) for d in both)),
-        chamfer_l1=float(sum(sample_means)),
-        hausdorff=float(max(d.to_samples.max() for d in both)),
-        hausdorff95=float(max(np.quantile(d.to_samples, 0.95) for d in both)),
-        normal_consistency=float(np.mean([d.sample_normals.mean() for d in both])),
-        surface_normal_consistency=float(np.mean([d.surface_normals.mean() for d in both])),
-        normal_deviation_deg=float(
-            np.mean([np.degrees(np.arccos(d.surface_normals.clip(0, 1))).mean() for d in both])
-        ),
-        fscore=_fscore(*(float(np.mean(d.to_samples < FSCORE_THRESHOLD)) for d in both)),
-        emd=earth_movers_distance(surface.matching.points, reference.matching.points),
-        aspect_ratio=aspect_ratio(surface.mesh),
+    def normal_consistency(self) -> float:
+        """Mean absolute cosine between normals."""
+        return float(np.mean([cosines.mean() for cosines in self.cosines]))
+
+    def normal_deviation_deg(self) -> float:
+        """Mean angle between normals, up to sign."""
+        angles = [np.degrees(np.arccos(cosines.clip(0, 1))).mean() for cosines in self.cosines]
+        return float(np.mean(angles))
+
+
+def _search(
+    surface: SampledSurface, target: SampledSurface
+) -> tuple[Floats, Floats, tuple[float, Floats]]:
+    samples, mesh = surface.samples, surface.mesh
+    found = target.tree.closest(samples.points)
+    vertices = mesh.vertices[mesh.used_vertices]
+    points = np.concatenate([samples.points, vertices])
+    distances = np.concatenate([found.distances, target.tree.closest(vertices).distances])
+    worst = int(np.argmax(distances))
+    return (
+        found.distances,
+        target.closest_normals.cosines(samples.normals, found),
+        (float(distances[worst]), points[worst]),
     )
 
 
 @dataclass(frozen=True)
-class _Directed:
-    """What samples of one surface find on another, one row a sample."""
+class _NearestSamples:
+    """What samples of either surface find among the other's; (k,) twice.
 
-    to_samples: Floats
-    sample_normals: Floats
-    to_surface: Floats
-    surface_normals: Floats
+    Attributes:
+        distances: to the nearest sample.
+        cosines: absolute cosines of the normals of the two.
+    """
+
+    distances: tuple[Floats, Floats]
+    cosines: tuple[Floats, Floats]
 
     @staticmethod
-    def between(samples: SurfaceSamples, target: SampledSurface) -> _Directed:
-        distances, nearest = KDTree(target.samples.points).query(samples.points)
-        closest = target.tree.closest(samples.points)
-        return _Directed(
-            to_samples=np.asarray(distances),
-            sample_normals=np.abs(row_dot(samples.normals, target.samples.normals[nearest])),
-            to_surface=closest.distances,
-            surface_normals=np.abs(
-                row_dot(samples.normals, target.mesh.face_normals[closest.faces])
-            ),
-        )
+    def between(surface: SampledSurface, reference: SampledSurface) -> _NearestSamples:
+        there, back = _nearest(surface, reference), _nearest(reference, surface)
+        return _NearestSamples((there[0], back[0]), (there[1], back[1]))
+
+    def chamfer(self) -> float:
+        return float(sum(np.mean(found**2) for found in self.distances))
+
+    def chamfer_l1(self) -> float:
+        return float(sum(found.mean() for found in self.distances))
+
+    def hausdorff(self) -> float:
+        return float(max(found.max() for found in self.distances))
+
+    def hausdorff95(self) -> float:
+        return float(max(np.quantile(found, 0.95) for found in self.distances))
+
+    def normal_consistency(self) -> float:
+        return float(np.mean([cosines.mean() for cosines in self.cosines]))
+
+    def fscore(self) -> float:
+        precision, recall = (float(np.mean(found < FSCORE_THRESHOLD)) for found in self.distances)
+        return 2 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0
 
 
-def _point_to_surface(there: Floats, back: Floats) -> PointToSurface:
-    return PointToSurface(
-        mean=float((there.mean() + back.mean()) / 2),
-        rms=float(np.sqrt((np.mean(there**2) + np.mean(back**2)) / 2)),
-        p95=float(np.quantile(np.concatenate([there, back]), 0.95)),
-        max=float(max(there.max(), back.max())),
-    )
+def _nearest(surface: SampledSurface, target: SampledSurface) -> tuple[Floats, Floats]:
+    distances, nearest = target.sample_tree.query(surface.samples.points)
+    normals = target.samples.normals[nearest]
+    return np.asarray(distances), np.abs(row_dot(surface.samples.normals, normals))
 
 
-def _fscore(precision: float, recall: float) -> float:
-    return 2 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0
+def curvature_error(surface: SampledSurface, reference: SampledSurface) -> float:
+    """Mean |H − H′| of points of either surface and their closest points on the other.
+
+    H is the mean curvature over a ball; see ``curvature.py``. It is multiplied by the
+    reference's radius, so that the error does not depend on the unit of length. Its sign
+    depends on which side is outside: where most normals of the two meshes oppose each other,
+    one of them is inside out, and its curvature is taken with the other sign.
+    """
+    length = reference.radius
+    pairs = [
+        _curvatures(surface, reference, BALL_RADIUS * length),
+        _curvatures(reference, surface, BALL_RADIUS * length),
+    ]
+    agreement = sum(agreeing for _, _, agreeing in pairs)
+    sign = -1.0 if agreement < 0 else 1.0
+    errors = [np.abs(here - sign * there).mean() for here, there, _ in pairs]
+    return float(length * np.mean(errors))
+
+
+def _curvatures(
+    surface: SampledSurface, target: SampledSurface, radius: float
+) -> tuple[Floats, Floats, float]:
+    """Curvatures here and there, and by how many more normals agree than oppose each other."""
+    points = surface.curvature_points
+    closest = target.tree.closest(points.points)
+    agreeing = np.sign(row_dot(points.normals, target.mesh.face_normals[closest.faces])).sum()
+    here = surface.own_curvatures(radius)
+    return here, target.curvature.at(closest.points, radius), float(agreeing)
 
 
 def earth_movers_distance(points: Floats, others: Floats) -> float:

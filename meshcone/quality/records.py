@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
+
+Unit = Literal["radius", "radius²", "1/radius", "degrees", "1", "count"]
 
 
 class _Record(BaseModel):
@@ -10,12 +14,15 @@ class _Record(BaseModel):
 
 
 class PointToSurface(_Record):
-    """Exact distances of samples of either surface to the other's triangles."""
+    """Exact distances of points of either surface to the other's triangles."""
 
     mean: float = Field(description="mean of the two directed means")
     rms: float = Field(description="root of the mean of the two directed mean squares")
     p95: float = Field(description="95th percentile over the samples of both directions")
-    max: float = Field(description="largest distance in either direction")
+    max: float = Field(description="largest distance in either direction, of samples and vertices")
+    max_at: tuple[float, float, float] = Field(
+        description="the point that far from the other surface, in the frame"
+    )
 
 
 class AspectRatio(_Record):
@@ -24,6 +31,31 @@ class AspectRatio(_Record):
     mean: float = Field(description="one sliver dominates it: read the median")
     median: float
     share_over_4: float = Field(description="share of faces above 4, or without area")
+
+
+class Validity(_Record):
+    """Whether a mesh is a well-formed surface, on its welded vertices.
+
+    A count that is null was not taken: that is neither a pass nor a failure.
+    """
+
+    watertight: bool = Field(description="every edge has exactly two faces")
+    boundary_edges: int = Field(description="edges with one face")
+    non_manifold_edges: int = Field(description="edges with more than two faces")
+    opposed_edges: int = Field(
+        description="edges across which two faces turn their outsides in opposite directions"
+    )
+    degenerate_faces: int = Field(description="faces without area")
+    duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
+    flipped_faces: int | None = Field(
+        description="faces turned by more than a right angle against the input's; "
+        "null where there is no input to compare with"
+    )
+    self_intersections: int | None = Field(
+        description="pairs of faces that pass through each other or overlap in their plane; "
+        "null: not tested, because the test would not have ended in bounded time"
+    )
+    components: int = Field(description="pieces connected by shared vertices")
 
 
 class Metrics(_Record):
@@ -39,36 +71,40 @@ class Metrics(_Record):
     normal_deviation_deg: float = Field(
         description="mean angle between n and the closest triangle's normal, up to sign, degrees"
     )
+    curvature_error: float = Field(
+        description="mean |H - H'| with the closest point, of mean curvatures over a ball, "
+        "times the radius"
+    )
     fscore: float = Field(description="harmonic mean of precision and recall within τ = 0.01")
     emd: float = Field(description="mean distance under the best one-to-one matching of samples")
     aspect_ratio: AspectRatio
+    validity: Validity
 
 
-class Validity(_Record):
-    """Whether a mesh is a well-formed surface, on its welded vertices."""
+class Convention(_Record):
+    """What one metric means and what it was taken from."""
 
-    watertight: bool = Field(description="every edge has exactly two faces")
-    boundary_edges: int = Field(description="edges with one face")
-    non_manifold_edges: int = Field(description="edges with more than two faces")
-    degenerate_faces: int = Field(description="faces without area")
-    duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
-    components: int = Field(description="pieces connected by shared vertices")
+    definition: str
+    unit: Unit
+    samples: int | None = Field(description="drawn from each surface; null: no samples")
+    seed: int | None = Field(description="of the measured mesh's samples")
+    reference_seed: int | None = Field(description="of the reference's samples")
 
 
 class Conventions(_Record):
-    """What the numbers mean: sampling behind every metric of this report."""
+    """What the numbers mean."""
 
-    samples: int
-    emd_samples: int
-    sampling: str
-    seed: int
-    distance_unit: str = "radius of the reference, see frame.radius for it in model units"
-    chamfer: str = "mean d² A→B + mean d² B→A between samples (PyTorch3D)"
-    emd: str = "exact minimum over bijections of the mean distance (linear assignment)"
-    hausdorff: str = "between samples; point_to_surface.max is to the surface itself"
-    normal_consistency: str = "½ (mean |n·n'| A→B + B→A), n' of the nearest sample"
-    aspect_ratio: str = "L_max · perimeter / (4√3 · area)"
-    floor: str = "the reference against itself, sampled twice in the same way"
+    sampling: str = Field(description="how points are drawn")
+    radius: str = Field(description="the unit of lengths")
+    floor: str = Field(description="what the floor is")
+    metrics: dict[str, Convention] = Field(description="by key")
+
+
+class Baselines(_Record):
+    """What plain methods make of the same input."""
+
+    closest_point: Metrics = Field(description="every vertex at its closest point of the reference")
+    laplacian: Metrics = Field(description="ten half steps to the mean of the neighbours")
 
 
 class Quality(_Record):
@@ -77,4 +113,5 @@ class Quality(_Record):
     input: Metrics
     refined: Metrics | None = Field(None, description="absent where nothing was refined")
     floor: Metrics
+    baselines: Baselines | None = Field(None, description="absent unless asked for")
     conventions: Conventions

@@ -6,27 +6,45 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from meshcone.quality.edge_uses import EdgeUses
+from meshcone.quality.intersections import count_self_intersections
 from meshcone.quality.records import Validity
 from meshcone.surface import Mesh
+from meshcone.surface.arrays import row_dot
 
 
-def inspect(mesh: Mesh) -> Validity:
-    """Count the defects of a welded mesh."""
+def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> Validity:
+    """Count the defects of a welded mesh.
+
+    Args:
+        mesh: the mesh.
+        intersection_pairs: pairs of faces that may be tested for self-intersections.
+        before: the same faces over the positions they had in the input, if it is not the
+            input itself; flipped faces are counted against it.
+    """
+    uses = EdgeUses.of(mesh)
     faces = mesh.faces
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(ends[:, 0] * len(mesh.vertices) + ends[:, 1], return_counts=True)
     longest_squared = np.max(
         np.sum((mesh.corners - np.roll(mesh.corners, -1, axis=1)) ** 2, axis=2), axis=1
     )
     distinct = np.unique(np.sort(faces, axis=1), axis=0)
     return Validity(
-        watertight=bool(np.all(uses == 2)),
-        boundary_edges=int(np.count_nonzero(uses == 1)),
-        non_manifold_edges=int(np.count_nonzero(uses > 2)),
+        watertight=bool(np.all(uses.counts == 2)),
+        boundary_edges=int(np.count_nonzero(uses.counts == 1)),
+        non_manifold_edges=int(np.count_nonzero(uses.counts > 2)),
+        opposed_edges=uses.opposed,
         degenerate_faces=int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
         duplicate_faces=len(faces) - len(distinct),
+        flipped_faces=None if before is None else flipped_faces(before, mesh),
+        self_intersections=count_self_intersections(mesh, intersection_pairs),
         components=_components(mesh),
     )
+
+
+def flipped_faces(before: Mesh, after: Mesh) -> int:
+    """Count the faces that turned by more than a right angle between two positions."""
+    cosines = row_dot(before.face_normals, after.face_normals)
+    return int(np.count_nonzero(cosines < 0))
 
 
 def _components(mesh: Mesh) -> int:

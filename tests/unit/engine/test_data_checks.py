@@ -3,10 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from meshcone import data_checks
 from meshcone.assets import read_asset
-from meshcone.data_checks import data_warnings
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
+from meshcone.quality.validity import inspect
 from meshcone.refine import refine
 from meshcone.surface import Frame, Mesh
 from tests import shapes
@@ -34,6 +35,11 @@ def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
     return mesh.moved_to(mesh.vertices * scale + [x, 0, 0])
 
 
+def data_warnings(source: Mesh, reference: Mesh) -> list[str]:
+    found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
+    return data_checks.data_warnings(source, reference, found, reference_found)
+
+
 def with_faces(*faces: tuple[int, int, int]) -> Mesh:
     return Mesh(VERTICES, np.concatenate([FACES, np.array(faces)]))
 
@@ -46,6 +52,7 @@ FIN = Mesh(
     np.concatenate([VERTICES, [[0.0, 0.0, 1.05]]]),
     np.concatenate([FACES, [[*FACES[0, :2], len(VERTICES)]]]),
 )
+CROSSED = joined(BALL, moved(BALL, 0.5, 0.7))
 DOUBLED = with_faces(tuple(FACES[0]))
 SLIVER = Mesh(  # the last vertex lies on an edge of its face
     np.concatenate([VERTICES, [VERTICES[FACES[0, :2]].mean(axis=0)]]),
@@ -64,6 +71,7 @@ PAIRS = [
     pytest.param(FIN, BALL, "source has 1 edge where more than two faces", id="non-manifold"),
     pytest.param(BALL, FIN, "reference has 1 edge where more than two", id="in the reference"),
     pytest.param(DOUBLED, BALL, "source has 1 face with the same corners", id="duplicate face"),
+    pytest.param(CROSSED, BALL, "of faces that pass through each other", id="self-intersections"),
     pytest.param(SLIVER, BALL, "source has 1 face without area", id="degenerate face"),
 ]
 

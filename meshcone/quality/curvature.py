@@ -1,0 +1,77 @@
+"""Mean curvature of a triangle mesh at a scale: the normal cycle's measure of a ball.
+
+Cohen-Steiner & Morvan, "Restricted Delaunay triangulations and normal cycle" (2003): the
+mean curvature of a triangle mesh lives on its edges, and over a ball B it adds up to
+½ Σ β(e) · length(e ∩ B), where β is the angle between the normals of the edge's two faces,
+positive where the surface is convex. Divided by the area π r² that a smooth surface has in a
+small ball it is the mean curvature H there, up to O(r).
+
+Unlike H at a vertex by cotangents it does not depend on how the surface is cut into
+triangles, does not grow without bound along a sharp edge of a finer mesh, and an open border,
+which has no curvature, adds nothing to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from meshcone.quality.edge_uses import EdgeUses
+from meshcone.surface.arrays import Floats, row_dot
+
+# A ball's radius, relative to the reference's: wide enough to hold some edges of a mesh of
+# a few thousand vertices, narrow enough to stay on one side of most parts.
+BALL_RADIUS = 0.1
+_EDGES_AT_ONCE = 100_000
+
+
+class CurvatureField:
+    """Mean curvature of one mesh, anywhere near it."""
+
+    def __init__(self, uses: EdgeUses) -> None:
+        """Find the angle at each edge of exactly two faces that agree on what is outside.
+
+        Other edges count as flat: an angle between more or fewer faces, or between an outside
+        and an inside, has no meaning.
+        """
+        mesh = uses.mesh
+        first, second, ends = uses.manifold_pairs()
+        start, end = mesh.vertices[ends[:, 0]], mesh.vertices[ends[:, 1]]
+        lengths = np.linalg.norm(end - start, axis=1)
+        normal, other = mesh.face_normals[first], mesh.face_normals[second]
+        directions = (end - start) / np.maximum(lengths, 1e-300)[:, None]
+        angles = np.arctan2(row_dot(np.cross(normal, other), directions), row_dot(normal, other))
+        bent = (angles != 0) & (lengths > 0)
+        self._middles = ((start + end) / 2)[bent]
+        self._directions = directions[bent]
+        self._lengths, self._angles = lengths[bent], angles[bent]
+
+    def at(self, points: Floats, radius: float) -> Floats:
+        """Mean curvature over the ball around each of (k, 3) points, (k,), per unit of length.
+
+        Args:
+            points: centres of the balls, on the surface.
+            radius: of the balls, in the mesh's unit.
+        """
+        tree = KDTree(points)
+        total = np.zeros(len(points))
+        for begin in range(0, len(self._lengths), _EDGES_AT_ONCE):
+            part = slice(begin, begin + _EDGES_AT_ONCE)
+            reach = self._lengths[part] / 2 + radius
+            found = tree.query_ball_point(self._middles[part], reach, return_sorted=False)
+            counts = np.fromiter((len(near) for near in found), dtype=np.int64, count=len(found))
+            edges = begin + np.repeat(np.arange(len(found)), counts)
+            centres = np.concatenate([*found, []]).astype(np.int64)
+            inside = self._inside(edges, points[centres], radius)
+            total += np.bincount(centres, self._angles[edges] * inside, minlength=len(points))
+        return total / (2 * np.pi * radius**2)
+
+    def _inside(self, edges: np.ndarray, centres: Floats, radius: float) -> Floats:
+        """Length of each edge inside the ball around a centre."""
+        offset = centres - self._middles[edges]
+        along = row_dot(offset, self._directions[edges])
+        half_chord = np.sqrt(np.maximum(radius**2 - row_dot(offset, offset) + along**2, 0))
+        half_edge = self._lengths[edges] / 2
+        high = np.minimum(along + half_chord, half_edge)
+        low = np.maximum(along - half_chord, -half_edge)
+        return np.asarray(np.maximum(high - low, 0))

@@ -1,0 +1,137 @@
+"""A surface with the points its metrics are taken from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from meshcone.quality.closest_normals import ClosestNormals
+from meshcone.quality.curvature import CurvatureField
+from meshcone.quality.edge_uses import EdgeUses
+from meshcone.surface import Frame, Mesh, SurfaceSamples, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.sampling import SamplingMethod
+
+# Lengths that agree to so many digits of the surface's size are one to the order of faces.
+_DIGITS = 9
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How surfaces are sampled.
+
+    Attributes:
+        samples: for distances and normals, per surface.
+        emd_samples: for the earth mover's distance, per surface.
+        curvature_samples: for the curvature error, per surface.
+        method: how points are drawn.
+    """
+
+    samples: int
+    emd_samples: int
+    curvature_samples: int
+    method: SamplingMethod = "sobol"
+
+
+class SampledSurface:
+    """A mesh, its closest points and its samples.
+
+    The samples depend on the surface, its triangles and the seed, but not on the order in
+    which the file lists vertices, faces or corners, nor on where the mesh lies; see
+    :func:`in_own_order`.
+    """
+
+    def __init__(self, mesh: Mesh, sampling: Sampling, seed: int) -> None:
+        """Sample a mesh of positive area.
+
+        Args:
+            mesh: the surface.
+            sampling: how many points, and how they are drawn.
+            seed: the same seed gives the same samples.
+        """
+        self.mesh = mesh
+        self._sampling = sampling
+        self._own_curvatures: dict[float, Floats] = {}
+        drawn = max(sampling.samples, sampling.emd_samples, sampling.curvature_samples)
+        self._drawn = sample_surface(in_own_order(mesh), drawn, seed, sampling.method)
+
+    @cached_property
+    def samples(self) -> SurfaceSamples:
+        """Samples for distances and normals; their faces are not the mesh's own numbers."""
+        return self._first(self._sampling.samples)
+
+    @cached_property
+    def matching(self) -> Floats:
+        """Points for the earth mover's distance, (k, 3)."""
+        return self._first(self._sampling.emd_samples).points
+
+    @cached_property
+    def curvature_points(self) -> SurfaceSamples:
+        """Samples for the curvature error."""
+        return self._first(self._sampling.curvature_samples)
+
+    @cached_property
+    def tree(self) -> SurfaceTree:
+        """Closest points on the triangles."""
+        return SurfaceTree(self.mesh)
+
+    @cached_property
+    def sample_tree(self) -> KDTree:
+        """Nearest samples."""
+        return KDTree(self.samples.points)
+
+    @cached_property
+    def curvature(self) -> CurvatureField:
+        """Mean curvature over balls."""
+        return CurvatureField(self._edge_uses)
+
+    @cached_property
+    def closest_normals(self) -> ClosestNormals:
+        """Normals of the triangles closest points lie on."""
+        return ClosestNormals(self._edge_uses)
+
+    @cached_property
+    def _edge_uses(self) -> EdgeUses:
+        return EdgeUses.of(self.mesh)
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the sphere the mesh would be scaled by; 1 for a reference in its frame."""
+        return Frame.of(self.mesh).radius
+
+    def own_curvatures(self, radius: float) -> Floats:
+        """Mean curvature at its own points, over balls of a radius in the mesh's unit."""
+        if radius not in self._own_curvatures:
+            points = self.curvature_points.points
+            self._own_curvatures[radius] = self.curvature.at(points, radius)
+        return self._own_curvatures[radius]
+
+    def _first(self, count: int) -> SurfaceSamples:
+        # A prefix of either kind of sequence is what a draw of that many would have been.
+        drawn = self._drawn
+        return SurfaceSamples(drawn.points[:count], drawn.normals[:count], drawn.faces[:count])
+
+
+def in_own_order(mesh: Mesh) -> Mesh:
+    """Return the mesh with its faces in an order that only its shape decides.
+
+    Samples are drawn along the list of faces: in the file's order, a tool that lists the
+    same triangles differently would change every metric a little. Faces are ordered by the
+    distance of their centre from the surface's, and begin at the corner opposite their
+    longest side; neither changes when the mesh is moved. Where a symmetric shape leaves
+    faces equal, the file's order decides after all.
+    """
+    corners, areas = mesh.corners, mesh.face_areas
+    centres = corners.mean(axis=1)
+    centre = areas @ centres / areas.sum()
+    distances = np.linalg.norm(centres - centre, axis=1)
+    size = distances.max(initial=0.0) or 1.0
+    order = np.argsort(np.round(distances / size, _DIGITS), kind="stable")
+    opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
+    lengths = np.linalg.norm(opposite, axis=2)
+    first = np.argmax(np.round(lengths / size, _DIGITS), axis=1)
+    turned: Ints = np.take_along_axis(mesh.faces, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return Mesh(mesh.vertices, turned[order])

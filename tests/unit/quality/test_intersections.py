@@ -1,0 +1,124 @@
+"""Faces that pass through each other, and faces that only meet."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import igl
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
+from meshcone.quality.intersections import count_self_intersections
+from meshcone.surface import Mesh
+from tests.meshes import sheet, sphere, torus
+
+TRIANGLE = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0.0]])
+
+
+def count(mesh: Mesh, most: int = 1_000_000) -> int | None:
+    return count_self_intersections(mesh, most)
+
+
+def two(other: object, faces: object = ((0, 1, 2), (3, 4, 5))) -> Mesh:
+    """The triangle with its right angle at the origin, and another."""
+    return Mesh(np.concatenate([TRIANGLE, np.atleast_2d(np.array(other))]), np.array(faces))
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        pytest.param([[1, 1, -1], [1, 1, 1], [2, 9, 1]], 1, id="through its inside"),
+        pytest.param([[1, -1, -1], [1, -1, 1], [1, 9, 0]], 1, id="from side to side"),
+        pytest.param([[1, 1, 1], [1, 2, 1], [2, 1, 1]], 0, id="above it"),
+        pytest.param([[5, 5, -1], [5, 5, 1], [9, 9, 0]], 0, id="beside it"),
+        pytest.param([[1, 1, 0], [1, 2, 1], [2, 1, 1]], 0, id="touching with a corner"),
+        pytest.param([[1, 1, 0], [2, 1, 0], [1, 1, 3]], 0, id="standing on it"),
+        pytest.param([[1, 1, 0], [2, 1, 0], [1, 2, 0]], 1, id="lying in it"),
+        pytest.param([[1, 1, 0], [9, 1, 0], [9, 2, 0]], 1, id="overlapping in its plane"),
+        pytest.param([[4, 0, 0], [4, 4, 0], [0, 4, 0]], 0, id="beside it in its plane"),
+        pytest.param([[1, 1, 0], [1, 1, 0], [1, 1, 9]], 0, id="without area"),
+    ],
+)
+def test_two_triangles(other: list[list[float]], expected: int) -> None:
+    rotation = Rotation.random(rng=np.random.default_rng(0)).as_matrix()
+
+    assert count(two(other)) == expected
+    turned = two(other)
+    assert count(turned.moved_to(turned.vertices @ rotation.T + 0.3)) == expected
+
+
+@pytest.mark.parametrize(
+    ("corners", "faces", "expected"),
+    [
+        pytest.param([[4, 4, 1]], [[0, 1, 2], [1, 3, 2]], 0, id="hinged"),
+        pytest.param([[1, 1, 0]], [[0, 1, 2], [2, 1, 3]], 1, id="folded flat onto each other"),
+        pytest.param([[-1, 1, 1], [-1, 1, -1]], [[0, 1, 2], [0, 3, 4]], 0, id="at a corner"),
+        pytest.param([[2, 2, 1], [2, 2, -1]], [[0, 1, 2], [0, 3, 4]], 1, id="through, at a corner"),
+        pytest.param([[9, 9, 9]], [[0, 1, 2], [1, 2, 0]], 0, id="duplicates"),
+    ],
+)
+def test_neighbours(corners: list[list[float]], faces: list[list[int]], expected: int) -> None:
+    assert count(two(corners, faces)) == expected
+
+
+@pytest.mark.parametrize("mesh", [sphere(3), torus(), sheet(9, 9)])
+def test_a_surface_that_does_not_cross_itself_has_none(mesh: Mesh) -> None:
+    assert count(mesh) == 0
+
+
+def test_a_pushed_in_tip_comes_out_on_the_other_side() -> None:
+    vertices = sphere(3).vertices.copy()
+    vertices[0] *= -1.2
+
+    found = count(sphere(3).moved_to(vertices))
+
+    assert found is not None
+    assert found > 0
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**31))
+def test_every_pair_libigl_finds_in_a_soup_is_found_and_no_other(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners = rng.random((40, 1, 3)) + 0.3 * rng.normal(size=(40, 3, 3))
+    columns = [[corner[:, None] for corner in triangle] for triangle in corners]
+
+    expected = sum(
+        bool(igl.tri_tri_intersection_test_3d(*first, *second)[0])
+        for first, second in combinations(columns, 2)
+    )
+
+    assert count(Mesh(corners.reshape(-1, 3), np.arange(120).reshape(-1, 3))) == expected
+
+
+def test_what_would_take_too_long_is_not_tested() -> None:
+    assert count(torus(), most=0) is None
+    assert count(torus(), most=10) is None
+
+
+def test_positions_that_are_no_numbers_are_not_tested() -> None:
+    assert count(torus().moved_to(np.full_like(torus().vertices, np.nan))) is None
+
+
+def test_every_pair_of_overlapping_boxes_is_found_once() -> None:
+    rng = np.random.default_rng(3)
+    low = rng.random((100, 3))
+    high = low + 0.2 * rng.random((100, 3))
+
+    blocks = list(overlapping_pairs(low, high, most=10_000))
+    found = [tuple(sorted(pair)) for block in blocks for pair in zip(*block, strict=True)]
+
+    overlap = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+    expected = [(i, j) for i, j in combinations(range(100), 2) if overlap[i, j]]
+    assert sorted(found) == expected
+
+
+def test_boxes_that_all_overlap_end_the_search() -> None:
+    low, high = np.zeros((1000, 3)), np.ones((1000, 3))
+
+    with pytest.raises(TooManyPairsError):
+        list(overlapping_pairs(low, high, most=1000))
