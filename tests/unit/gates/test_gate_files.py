@@ -109,7 +109,7 @@ def test_json_says_the_same() -> None:
         ('gates."validity.watertight".max = 1', "'max' is for numbers"),
         ('gates."inputs.source.bytes".max_ratio_to_floor = 1', "is for metrics"),
         ("gates.emd.max_ratio_to_input = 1", "'max_ratio_to_input' is for refined meshes"),
-        ("gates.outcome.equals = 'improved'", "only where the mesh was refined"),
+        ("gates.'solver.iterations'.max = 9", "only where the mesh was refined"),
         ("[classes.a]\nmach = ['*']", "unknown key 'mach' in 'classes.a'; did you mean 'match'?"),
         ("[classes.a.gates]\nemd.max = 1", "'match' in 'classes.a'"),
         (

@@ -1,0 +1,42 @@
+"""Reports to judge, of meshes made here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.files import MeshFile
+from meshcone.measure import measure
+from meshcone.options import QualityOptions, parse_options
+from meshcone.refine import refine
+from meshcone.report import MeasureReport, Report
+from tests import shapes
+
+RADIUS = 2.0  # of the reference, in model units
+QUICK = QualityOptions(samples=1000, emd_samples=64)
+SPIKE = 100  # a vertex
+
+
+def reference() -> MeshFile:
+    """A ball."""
+    return MeshFile("ball.obj", shapes.obj(*shapes.sphere(3, RADIUS)))
+
+
+def spiked(height: float) -> tuple[MeshFile, np.ndarray]:
+    """The ball with one vertex pulled out by a length in model units, and where that is."""
+    vertices, faces = shapes.sphere(3, RADIUS)
+    vertices[SPIKE] *= 1 + height / RADIUS
+    return MeshFile("spiked.obj", shapes.obj(vertices, faces)), vertices[SPIKE]
+
+
+def measured(source: MeshFile, gates: dict[str, object] | None = None) -> MeasureReport:
+    """The report of a source, with a verdict of these gates."""
+    options = parse_options({"mode": "measure", "gates": gates or {}})
+    return measure(source, reference(), options.model_copy(update={"quality": QUICK}))
+
+
+def refined() -> Report:
+    """The report of a rough ball that was refined."""
+    vertices, faces = shapes.sphere(2, RADIUS)
+    source = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))
+    options = parse_options({"effort": "fast"}).model_copy(update={"quality": QUICK})
+    return refine(source, reference(), options).report

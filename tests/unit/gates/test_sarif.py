@@ -1,0 +1,123 @@
+"""SARIF, held against the standard's rules and read by somebody else's reader."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import jsonschema
+import pytest
+from sarif_pydantic import Sarif
+
+from meshcone.gates.formats.sarif import UNUSABLE, to_sarif
+from meshcone.gates.results import GateRun
+from tests.unit.gates.runs import MIXED, asset, check
+from tests.unit.gates.sarif_schema import LOG
+
+VALIDATOR = jsonschema.Draft202012Validator(LOG, format_checker=jsonschema.FormatChecker())
+
+
+def run_of(run: GateRun) -> dict[str, Any]:
+    [only] = json.loads(to_sarif(run))["runs"]
+    return only
+
+
+def results(run: GateRun) -> dict[tuple[str, str], dict[str, Any]]:
+    return {
+        (run.assets[place["artifactLocation"]["index"]].name, result["ruleId"]): result
+        for result in run_of(run)["results"]
+        for place in [result["locations"][0]["physicalLocation"]]
+    }
+
+
+def test_it_is_valid() -> None:
+    VALIDATOR.check_schema(LOG)
+    VALIDATOR.validate(json.loads(to_sarif(MIXED)))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (["version"], "2.0.0"),
+        (["runs", 0, "results", 0, "level"], "fatal"),
+        (["runs", 0, "results", 0, "kind"], "open"),
+        (["runs", 0, "results", 0, "rule_id"], "emd"),
+        (["runs", 0, "results", 0, "message"], "words"),
+        (["runs", 0, "artifacts", 0, "location", "uri"], 1),
+    ],
+)
+def test_the_schema_would_notice(path: list[Any], value: Any) -> None:
+    document = section = json.loads(to_sarif(MIXED))
+    for step in path[:-1]:
+        section = section[step]
+    section[path[-1]] = value
+
+    assert list(VALIDATOR.iter_errors(document))
+
+
+def test_another_reader_finds_the_same() -> None:
+    [read] = Sarif.model_validate_json(to_sarif(MIXED)).runs
+
+    assert read.tool.driver.name == "MeshCone"
+    assert [result.rule_id for result in read.results or []] == [
+        "emd/max",
+        "chamfer/max",
+        "emd/max",
+        "chamfer/max",
+        UNUSABLE,
+    ]
+
+
+def test_what_passed_is_no_result() -> None:
+    assert not [key for key in results(MIXED) if key[0] == "good.obj"]
+
+
+def test_the_level_is_the_severity_of_what_failed() -> None:
+    found = results(MIXED)
+
+    assert found["bad one.obj", "emd/max"]["level"] == "error"
+    assert found["warned.obj", "chamfer/max"]["level"] == "warning"
+    assert found["open.obj", "emd/max"]["kind"] == "open"
+    assert found["open.obj", "emd/max"]["level"] == "none"
+
+
+def test_a_result_points_to_its_file_and_its_rule() -> None:
+    result = results(MIXED)["bad one.obj", "emd/max"]
+
+    place = result["locations"][0]["physicalLocation"]["artifactLocation"]
+    rules = run_of(MIXED)["tool"]["driver"]["rules"]
+    assert (place["uri"], place["uriBaseId"]) == ("bad%20one.obj", "%SRCROOT%")
+    assert rules[result["ruleIndex"]]["id"] == "emd/max"
+    assert result["message"]["text"] == "bad one.obj: emd fail <&>"
+    assert result["properties"]["position"] == [1.0, 2.0, 3.0]
+
+
+def test_a_file_elsewhere_has_an_absolute_address() -> None:
+    run = GateRun.of([asset("a", check("fail"), source="/assets/a b.obj")])
+
+    assert run_of(run)["artifacts"][0]["location"] == {"uri": "file:///assets/a%20b.obj"}
+
+
+def test_a_file_that_could_not_be_used_is_a_finding_about_it() -> None:
+    result = results(MIXED)["cut\x0b.glb", UNUSABLE]
+
+    assert result["level"] == "error"
+    assert "the file ends too early" in result["message"]["text"]
+
+
+def test_a_fault_of_ours_is_no_finding_but_told() -> None:
+    [invocation] = run_of(MIXED)["invocations"]
+    [fault] = invocation["toolExecutionNotifications"]
+
+    assert not invocation["executionSuccessful"]
+    assert "SIGKILL" in fault["message"]["text"]
+    assert not [key for key in results(MIXED) if key[0] == "huge.obj"]
+
+
+def test_the_same_finding_keeps_its_fingerprint() -> None:
+    again = GateRun.of([asset("new.obj", check("pass")), *MIXED.assets])
+
+    before, after = (results(run)["bad one.obj", "emd/max"] for run in (MIXED, again))
+    assert before["partialFingerprints"] == after["partialFingerprints"]
+    prints = {each["partialFingerprints"]["assetAndRule/v1"] for each in results(MIXED).values()}
+    assert len(prints) == len(results(MIXED))
