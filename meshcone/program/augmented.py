@@ -19,20 +19,22 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
-from meshcone.program.conic import ConicProgram
-from meshcone.program.projection import ProjectionDerivative, project_dual
+from meshcone.program.conic import Constraints
+from meshcone.program.projection import project_dual, projection_derivative
+from meshcone.program.relaxation import PreconditionedObjective, preconditioner
 from meshcone.program.scs_solver import PrimalDual
+from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
 
 _OUTER_LIMIT = 40
 _NEWTON_LIMIT = 30
 _CG_LIMIT = 400
-_FIRST_PENALTY = 10.0  # in units of the mean diagonal of P
+_FIRST_PENALTY = 3.0  # in units of the mean diagonal of P
 _PENALTY_GROWTH = 5.0
 _LARGEST_PENALTY = 1e6
 _LOOSEST_INNER_TOLERANCE = 1e-3
 _INNER_TOLERANCE_FACTOR = 0.1
-_FORCING = 0.1  # CG stops at this share of the gradient: early steps need no better
+_FORCING = 0.03  # CG stops at this share of the gradient: early steps need no better
 # A step may end where φ rises by this share of the slope it began to fall with, or where
 # it still falls by that one.
 _OVERSHOOT, _UNDERSHOOT = 0.1, 0.5
@@ -58,7 +60,8 @@ class DualRun:
 
 
 def solve_by_multipliers(
-    program: ConicProgram,
+    objective: PreconditionedObjective,
+    constraints: Constraints,
     start: Floats,
     multipliers: Floats,
     tolerance: float,
@@ -67,7 +70,8 @@ def solve_by_multipliers(
     """Solve a program from a first guess.
 
     Args:
-        program: P positive definite.
+        objective: strictly convex.
+        constraints: the cones.
         start: (3n,) first x.
         multipliers: (m,) first y.
         tolerance: on the primal residual in the program's unit of length, and on the dual
@@ -75,8 +79,8 @@ def solve_by_multipliers(
         newton_budget: linear systems to solve at most: a program on which the method is
             slow, because most of a mesh's cones bind, is better left to another.
     """
-    state = _State(program, start, multipliers)
-    penalty = _FIRST_PENALTY * float(program.P.diagonal().mean())
+    state = _State(objective, constraints, start, multipliers)
+    penalty = _FIRST_PENALTY * state.blocks.mean_diagonal()
     ceiling = _LARGEST_PENALTY * penalty
     primal = np.inf
     newton_steps = 0
@@ -105,15 +109,16 @@ def _stalled(residuals: list[float]) -> bool:
 class _State:
     """x, y and the products of them that every step needs."""
 
-    def __init__(self, program: ConicProgram, x: Floats, y: Floats) -> None:
-        self.program = program
+    def __init__(
+        self, objective: PreconditionedObjective, constraints: Constraints, x: Floats, y: Floats
+    ) -> None:
         self.x, self.y = x, y
         self.slack = np.zeros_like(y)
-        self._P = program.P.tocsr()
-        self._A = program.A.tocsr()
-        self._At = sparse.csr_array(program.A.T)
-        self._A_squared = self._At.power(2)
-        self._P_diagonal = program.P.diagonal()
+        self.blocks = objective.diagonal_blocks()
+        self._objective, self._c = objective, objective.linear
+        self._A, self._b = constraints.A.tocsr(), constraints.b
+        self._At = sparse.csr_array(constraints.A.T)
+        self._cones = constraints.selections
 
     def solution(self) -> PrimalDual:
         return PrimalDual(self.x, self.y, self.slack)
@@ -121,16 +126,13 @@ class _State:
     def minimise(self, penalty: float, tolerance: float) -> int:
         """Minimise φ for the present y; return the number of Newton steps."""
         for step in range(_NEWTON_LIMIT):
-            shifted = self.y + penalty * (self._A @ self.x - self.program.b)
-            projected = project_dual(shifted, self.program.selections)
-            Px, Aty = self._P @ self.x, self._At @ projected
-            gradient = Px + self.program.c + Aty
-            scale = max(_largest(Px), _largest(self.program.c), _largest(Aty))
-            residual = _largest(gradient) / scale
-            if residual <= tolerance:
+            shifted = self._shifted(penalty)
+            projected = project_dual(shifted, self._cones)
+            gradient, scale = self._gradient(projected)
+            if _largest(gradient) <= tolerance * scale:
                 return step
             direction = self._newton_direction(shifted, gradient, penalty)
-            length = self._step_length(direction, gradient, penalty)
+            length = self._step_length(direction, shifted, gradient - self._At @ projected, penalty)
             if length == 0:
                 return step + 1
             self.x = self.x + length * direction
@@ -138,8 +140,8 @@ class _State:
 
     def step_multipliers(self, penalty: float) -> float:
         """Set y to the projection; return the primal residual ‖A x + s − b‖∞."""
-        shifted = self.y + penalty * (self._A @ self.x - self.program.b)
-        y = project_dual(shifted, self.program.selections)
+        shifted = self._shifted(penalty)
+        y = project_dual(shifted, self._cones)
         self.slack = (y - shifted) / penalty
         residual = _largest(y - self.y) / penalty
         self.y = y
@@ -147,50 +149,63 @@ class _State:
 
     def dual_residual(self) -> float:
         """Return ‖P x + c + Aᵀy‖∞ relative to the largest of its terms."""
-        Px, Aty = self._P @ self.x, self._At @ self.y
-        scale = max(_largest(Px), _largest(self.program.c), _largest(Aty))
-        return _largest(Px + self.program.c + Aty) / scale
+        gradient, scale = self._gradient(self.y)
+        return _largest(gradient) / scale
+
+    def _shifted(self, penalty: float) -> Floats:
+        return np.asarray(self.y + penalty * (self._A @ self.x - self._b))
+
+    def _gradient(self, y: Floats) -> tuple[Floats, float]:
+        """Return P x + c + Aᵀy and the largest entry of its terms."""
+        Px, Aty = self._objective.apply(self.x), self._At @ y
+        return Px + self._c + Aty, max(_largest(Px), _largest(self._c), _largest(Aty))
 
     def _newton_direction(self, shifted: Floats, gradient: Floats, penalty: float) -> Floats:
-        derivative = ProjectionDerivative(self.program.selections, shifted)
+        derivative = projection_derivative(shifted, self._cones)
+        curved = sparse.csr_array(penalty * (self._At @ derivative @ self._A))
         size = len(self.x)
 
         def hessian(d: Floats) -> Floats:
-            curved = self._At @ derivative.apply(self._A @ d)
-            return np.asarray(self._P @ d + penalty * curved)
+            return np.asarray(self._objective.apply(d) + curved @ d)
 
-        inverse = 1 / (self._P_diagonal + penalty * (self._A_squared @ derivative.diagonal()))
         direction, _ = cg(
             LinearOperator((size, size), matvec=hessian, dtype=np.float64),
             -gradient,
             rtol=_FORCING,
             maxiter=_CG_LIMIT,
-            M=LinearOperator((size, size), matvec=lambda d: inverse * d, dtype=np.float64),
+            M=preconditioner(self.blocks + VertexBlocks.diagonal_of(curved)),
         )
         return np.asarray(direction)
 
-    def _step_length(self, direction: Floats, gradient: Floats, penalty: float) -> float:
+    def _step_length(
+        self, direction: Floats, shifted: Floats, smooth: Floats, penalty: float
+    ) -> float:
         """Find where φ stops falling along a direction, by its slope.
 
         Near the optimum the decrease of φ is below the rounding of φ itself; its slope,
         which grows with the step because φ is convex, still has its leading digits.
+
+        Args:
+            direction: (3n,) a direction in which φ falls.
+            shifted: (m,) y + ρ(A x − b).
+            smooth: (3n,) P x + c.
+            penalty: ρ.
         """
         along = self._A @ direction
-        shifted = self.y + penalty * (self._A @ self.x - self.program.b)
-        curvature = float(direction @ (self._P @ direction))
-        linear = float(direction @ (self._P @ self.x + self.program.c))
-        first = float(gradient @ direction)
+        curvature = float(direction @ self._objective.apply(direction))
+        linear = float(direction @ smooth)
 
         def slope(length: float) -> float:
-            projected = project_dual(shifted + penalty * length * along, self.program.selections)
+            projected = project_dual(shifted + penalty * length * along, self._cones)
             return linear + length * curvature + float(along @ projected)
 
+        first = slope(0.0)
         shortest, longest, length = 0.0, 1.0, 1.0
         for _ in range(_LINE_SEARCH_LIMIT):
             here = slope(length)
             if here > -_OVERSHOOT * first:
                 longest = length
-            elif here < first * _UNDERSHOOT and length < 1:
+            elif here < _UNDERSHOOT * first and length < 1:
                 shortest = length
             else:
                 return length

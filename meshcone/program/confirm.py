@@ -36,7 +36,7 @@ def confirm_optimum(
     """
     program = assemble(objective, everything(families))
     x = solution.positions.ravel()
-    y = flatten(solution.multipliers, program)
+    y = flatten(solution.multipliers, program.selections)
     # The cones are their own duals but for the zero cone, whose slack is zero.
     slack = program.b - program.A @ x
     feasible = project_dual(slack, program.selections)

@@ -64,24 +64,18 @@ def everything(families: Sequence[ConeFamily]) -> list[Selection]:
 
 
 @dataclass(frozen=True)
-class ConicProgram:
-    """The arrays SCS takes.
+class Constraints:
+    """The part of a program that is not its objective.
 
     Attributes:
-        P: (3n, 3n) quadratic term, sparse, full symmetric.
-        c: (3n,) linear term.
         A: (m, 3n) constraint matrix, rows ordered zero, linear, second-order.
         b: (m,) right-hand side.
         selections: what the rows stand for, in their order.
-        constant: added to the optimum it gives the objective's own value.
     """
 
-    P: sparse.csc_array
-    c: Floats
     A: sparse.csc_array
     b: Floats
     selections: tuple[Selection, ...]
-    constant: float
 
     @property
     def cones(self) -> dict[str, int | list[int]]:
@@ -102,9 +96,23 @@ class ConicProgram:
         return notation
 
 
-def assemble(objective: QuadraticObjective, selections: Sequence[Selection]) -> ConicProgram:
-    """Write the program of an objective under the selected cones."""
-    variables = len(objective.linear)
+@dataclass(frozen=True)
+class ConicProgram(Constraints):
+    """The arrays SCS takes: the constraints' and these.
+
+    Attributes:
+        P: (3n, 3n) quadratic term, sparse, full symmetric.
+        c: (3n,) linear term.
+        constant: added to the optimum it gives the objective's own value.
+    """
+
+    P: sparse.csc_array
+    c: Floats
+    constant: float
+
+
+def write_constraints(selections: Sequence[Selection], variables: int) -> Constraints:
+    """Write the rows of the selected cones over 3n variables."""
     ordered = [s for cone in _ORDER for s in selections if s.family.cone == cone and len(s.which)]
     blocks = [s.family.rows(s.which, variables // 3) for s in ordered]
     if blocks:
@@ -112,11 +120,17 @@ def assemble(objective: QuadraticObjective, selections: Sequence[Selection]) -> 
         b = np.concatenate([bound for _, bound in blocks])
     else:
         A, b = sparse.csc_array((0, variables)), np.zeros(0)
+    return Constraints(A, b, tuple(ordered))
+
+
+def assemble(objective: QuadraticObjective, selections: Sequence[Selection]) -> ConicProgram:
+    """Write the program of an objective under the selected cones."""
+    rows = write_constraints(selections, len(objective.linear))
     return ConicProgram(
+        A=rows.A,
+        b=rows.b,
+        selections=rows.selections,
         P=objective.matrix(),
         c=objective.linear,
-        A=A,
-        b=b,
-        selections=tuple(ordered),
         constant=objective.constant,
     )

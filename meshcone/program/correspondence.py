@@ -16,6 +16,7 @@ from meshcone.program.surface_objective import PlanePull, SurfaceObjective, Surf
 from meshcone.surface import ClosestPoints, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, row_dot
 from meshcone.surface.closest import barycentric_weights
+from meshcone.surface.ordering import spatial_order
 
 # A vertex whose normal opposes the closest face's belongs to the other side of a thin
 # part: it counts for little rather than for nothing, which keeps the system definite.
@@ -57,11 +58,10 @@ class PreparedReference:
         chosen = reference.used_vertices
         if len(chosen) > count:
             chosen = np.random.default_rng(seed).choice(chosen, count, replace=False)
-        return PreparedReference(
-            tree=SurfaceTree(reference),
-            points=np.concatenate([samples.points, reference.vertices[chosen]]),
-            normals=np.concatenate([samples.normals, reference.vertex_normals[chosen]]),
-        )
+        points = np.concatenate([samples.points, reference.vertices[chosen]])
+        normals = np.concatenate([samples.normals, reference.vertex_normals[chosen]])
+        order = spatial_order(points)
+        return PreparedReference(SurfaceTree(reference), points[order], normals[order])
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshcone.program.cones import ConeFamily
-from meshcone.program.conic import ConicProgram
+from meshcone.program.conic import Selection
 from meshcone.program.projection import project_dual
 from meshcone.surface.arrays import Floats, Ints
 
@@ -32,14 +32,14 @@ class Multipliers:
     values: Floats
 
 
-def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats:
-    """Write multipliers as the program's y (m,); cones without one get zero.
+def flatten(multipliers: Sequence[Multipliers], selections: Sequence[Selection]) -> Floats:
+    """Write multipliers as the y (m,) of the selected cones; cones without one get zero.
 
     Kinds are matched by name, so that a round can start from the one before.
     """
     by_kind = {entry.family.kind: entry for entry in multipliers}
     parts: list[Floats] = []
-    for selection in program.selections:
+    for selection in selections:
         part = np.zeros((len(selection.which), selection.family.dimension))
         entry = by_kind.get(selection.family.kind)
         if entry is not None:
@@ -49,17 +49,19 @@ def flatten(multipliers: Sequence[Multipliers], program: ConicProgram) -> Floats
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def unflatten(y: Floats, program: ConicProgram) -> tuple[Multipliers, ...]:
-    """Read the program's y (m,) as multipliers, leaving out cones whose own is zero.
+def unflatten(
+    y: Floats, selections: Sequence[Selection], linear: Floats
+) -> tuple[Multipliers, ...]:
+    """Read the y (m,) of the selected cones as multipliers, leaving out cones whose own is zero.
 
     A solver's y lies in K* up to rounding: it is projected, and what is then smaller than
-    the rounding of the objective's own terms counts as zero.
+    the rounding of the objective's linear term (3n,) counts as zero.
     """
-    y = project_dual(y, program.selections)
-    zero = _ROUNDING * float(np.abs(program.c).max(initial=0.0))
+    y = project_dual(y, selections)
+    zero = _ROUNDING * float(np.abs(linear).max(initial=0.0))
     found: list[Multipliers] = []
     row = 0
-    for selection in program.selections:
+    for selection in selections:
         values = y[row : row + selection.size].reshape(-1, selection.family.dimension)
         row += selection.size
         nonzero = np.flatnonzero(np.linalg.norm(values, axis=1) > zero)

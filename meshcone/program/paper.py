@@ -34,7 +34,7 @@ def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedP
         program = assemble(objective, everything([caps]))
         run = solve(program, certifiable(options.solver))
         optimum = run.solution.x.reshape(-1, 3)
-        multipliers = unflatten(run.solution.y, program)
+        multipliers = unflatten(run.solution.y, program.selections, program.c)
         solution = RoundSolution(optimum, multipliers, "scs", 1, program, run)
         record = record_round(0, solution, [caps], source.vertices, time.perf_counter() - started)
     final = FinalProgram(0, source.vertices, objective, [caps], optimum, multipliers)

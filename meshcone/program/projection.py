@@ -9,10 +9,10 @@ complementarity problems", section 4).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy import sparse
 
 from meshcone.program.cones import ConeType
 from meshcone.surface.arrays import Floats
@@ -65,54 +65,40 @@ def _project(cone: ConeType, part: Floats) -> Floats:
     return np.where((length <= tip)[:, None], part, outside)
 
 
-@dataclass(frozen=True)
-class ProjectionDerivative:
-    """An element V of the generalised Jacobian of :func:`project_dual` at a point.
+def projection_derivative(at: Floats, blocks: Sequence[ConeRows]) -> sparse.csr_array:
+    """Write an element V (m, m) of the generalised Jacobian of :func:`project_dual`.
 
-    Attributes:
+    Args:
+        at: (m,) the point it is taken at.
         blocks: the rows' cones.
-        at: (m,) the point.
     """
-
-    blocks: Sequence[ConeRows]
-    at: Floats
-
-    def apply(self, vector: Floats) -> Floats:
-        """Return V times a row vector (m,)."""
-        pairs = zip(split(self.at, self.blocks), split(vector, self.blocks), strict=True)
-        parts = [_derivative(cone, at, part).ravel() for (cone, at), (_, part) in pairs]
-        return np.concatenate(parts) if parts else np.zeros(0)
-
-    def diagonal(self) -> Floats:
-        """Return the diagonal of V, (m,)."""
-        parts = [_derivative_diagonal(cone, at).ravel() for cone, at in split(self.at, self.blocks)]
-        return np.concatenate(parts) if parts else np.zeros(0)
+    parts = [_block_diagonal(_derivative(cone, part)) for cone, part in split(at, blocks)]
+    return sparse.csr_array(sparse.block_diag(parts, format="csr"))
 
 
-def _derivative(cone: ConeType, at: Floats, part: Floats) -> Floats:
-    if cone == "zero":
-        return part
-    if cone == "linear":
-        return np.where(at > 0, part, 0)
+def _derivative(cone: ConeType, at: Floats) -> Floats:
+    """Return the derivative of each cone's projection, (cones, dimension, dimension)."""
+    if cone != "second_order":
+        free = np.ones_like(at) if cone == "zero" else (at > 0).astype(np.float64)
+        return free[:, :, None] * np.eye(at.shape[1])
     inside, between, direction, ratio = _second_order_regions(at)
-    along = np.einsum("ij,ij->i", direction, part[:, 1:])
-    tip = (part[:, 0] + along) / 2
-    rest = (
-        direction * (part[:, 0] - ratio * along)[:, None] + (1 + ratio)[:, None] * part[:, 1:]
-    ) / 2
-    projected = np.concatenate([tip[:, None], rest], axis=1)
-    return np.where(inside[:, None], part, np.where(between[:, None], projected, 0))
+    identity = np.eye(at.shape[1] - 1)
+    along = direction[:, :, None] * direction[:, None, :]
+    ratio = ratio[:, None, None]
+    result = np.zeros((len(at), at.shape[1], at.shape[1]))
+    result[:, 0, 0] = 1
+    result[:, 0, 1:] = result[:, 1:, 0] = direction
+    result[:, 1:, 1:] = (1 + ratio) * identity - ratio * along
+    result *= np.where(between, 0.5, 0)[:, None, None]
+    result[inside] = np.eye(at.shape[1])
+    return result
 
 
-def _derivative_diagonal(cone: ConeType, at: Floats) -> Floats:
-    if cone == "zero":
-        return np.ones_like(at)
-    if cone == "linear":
-        return (at > 0).astype(np.float64)
-    inside, between, direction, ratio = _second_order_regions(at)
-    rest = (1 + ratio[:, None] * (1 - direction**2)) / 2
-    projected = np.concatenate([np.full((len(at), 1), 0.5), rest], axis=1)
-    return np.where(inside[:, None], 1.0, np.where(between[:, None], projected, 0))
+def _block_diagonal(blocks: Floats) -> sparse.bsr_array:
+    count, dimension = blocks.shape[:2]
+    places = np.arange(count + 1)
+    shape = (count * dimension, count * dimension)
+    return sparse.bsr_array((blocks, places[:-1], places), shape=shape)
 
 
 def _second_order_regions(at: Floats) -> tuple[Floats, Floats, Floats, Floats]:

@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from meshcone.errors import InternalError
 from meshcone.program.conic import QuadraticObjective
+from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
 
 _TIGHT = 1e-7
@@ -20,16 +21,16 @@ _ITERATION_LIMIT = 5000
 
 
 class PreconditionedObjective(QuadraticObjective, Protocol):
-    """An objective that also knows the diagonal of P."""
+    """An objective that also knows the blocks on the diagonal of P."""
 
-    def diagonal(self) -> Floats:
-        """Return the diagonal of P, (3n,)."""
+    def diagonal_blocks(self) -> VertexBlocks:
+        """Return the 3×3 blocks of P that couple each vertex with itself."""
 
 
 def solve_relaxation(
     objective: PreconditionedObjective, start: Floats, reduction: float = 0.0
 ) -> Floats:
-    """Minimise the objective without constraints, by Jacobi-preconditioned CG.
+    """Minimise the objective without constraints, by CG, preconditioned vertex by vertex.
 
     Args:
         objective: strictly convex.
@@ -44,7 +45,6 @@ def solve_relaxation(
         InternalError: CG did not converge.
     """
     size = len(start)
-    inverse = 1 / objective.diagonal()
     gradient = objective.apply(start) + objective.linear
     step, code = cg(
         LinearOperator((size, size), matvec=objective.apply, dtype=np.float64),
@@ -52,8 +52,19 @@ def solve_relaxation(
         rtol=reduction,
         atol=_TIGHT * float(np.linalg.norm(objective.linear)),
         maxiter=_ITERATION_LIMIT,
-        M=LinearOperator((size, size), matvec=lambda x: inverse * x, dtype=np.float64),
+        M=preconditioner(objective.diagonal_blocks()),
     )
     if code != 0:
         raise InternalError("the conjugate gradient method did not converge")
     return np.asarray(start + step)
+
+
+def preconditioner(blocks: VertexBlocks) -> LinearOperator:
+    """Return the inverse of a block diagonal matrix as an operator on (3n,)."""
+    inverse = blocks.inverse().full()
+    size = 3 * len(inverse)
+
+    def apply(x: Floats) -> Floats:
+        return np.asarray(np.einsum("nij,nj->ni", inverse, x.reshape(-1, 3))).ravel()
+
+    return LinearOperator((size, size), matvec=apply, dtype=np.float64)

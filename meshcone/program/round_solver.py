@@ -23,6 +23,7 @@ from meshcone.program.conic import (
     Selection,
     assemble,
     everything,
+    write_constraints,
 )
 from meshcone.program.multipliers import Multipliers, flatten, unflatten
 from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
@@ -33,7 +34,7 @@ Method = Literal["relaxation", "multipliers", "scs"]
 
 _PASS_LIMIT = 20
 # Tolerance of the dual method in units of SCS's, in the last round and in those before.
-_TIGHT, _LOOSE = 1e-2, 10.0
+_TIGHT, _LOOSE = 1e-2, 100.0
 # Linear systems it may solve; a round that only prepares the next one is worth fewer.
 _TIGHT_BUDGET, _LOOSE_BUDGET = 200, 40
 # A cone exceeded by less than this share of the radius counts as satisfied.
@@ -51,8 +52,8 @@ class RoundSolution:
         multipliers: one entry per family that has any.
         method: what found it.
         passes: selections of cones it took.
-        program: the program as last assembled, or None if the relaxation was enough.
-        run: SCS's run, where it was SCS.
+        program: what SCS solved, where it was SCS.
+        run: its run.
         converged: whether the dual method reached its tolerance; if not, this is where it
             stood when its budget was spent, and :func:`finish_by_scs` goes on from there.
     """
@@ -61,8 +62,8 @@ class RoundSolution:
     multipliers: tuple[Multipliers, ...]
     method: Method
     passes: int
-    program: ConicProgram | None
-    run: ScsRun | None
+    program: ConicProgram | None = None
+    run: ScsRun | None = None
     converged: bool = True
 
 
@@ -97,7 +98,7 @@ def solve_round(
         run = solve(program, certifiable(options), slack_start(program, relaxed))
         return _by_scs(program, run, passes=1)
     if not any(_exceeded(family, relaxed) for family in families):
-        return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0, None, None)
+        return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0)
     return _solve_active(objective, families, relaxed, options, tuple(known), loose=reduction > 0)
 
 
@@ -120,12 +121,17 @@ def _solve_active(
     ]
     for passes in range(1, _PASS_LIMIT + 1):
         pairs = zip(families, chosen, strict=True)
-        program = assemble(objective, [Selection(family, which) for family, which in pairs])
-        start = flatten(known, program)
-        dual = solve_by_multipliers(program, x, start, tolerance, budget)
-        solution = _by_multipliers(program, dual.solution, passes)
+        selected = [Selection(family, which) for family, which in pairs]
+        constraints = write_constraints(selected, len(x))
+        start = flatten(known, constraints.selections)
+        dual = solve_by_multipliers(objective, constraints, x, start, tolerance, budget)
+        found = unflatten(dual.solution.y, constraints.selections, objective.linear)
+        positions = dual.solution.x.reshape(-1, 3)
+        solution = RoundSolution(positions, found, "multipliers", passes)
         if not dual.converged:
             return replace(solution, converged=False)
+        if loose:  # what it leaves violated the next round's selection begins with
+            return solution
         x, known = solution.positions.ravel(), solution.multipliers
         fresh = [_violated(family, x, -10 * tolerance) for family in families]
         grown = [np.union1d(old, new) for old, new in zip(chosen, fresh, strict=True)]
@@ -148,7 +154,8 @@ def finish_by_scs(
     """
     program = assemble(objective, everything(families))
     x = reached.positions.ravel()
-    start = PrimalDual(x, flatten(reached.multipliers, program), program.b - program.A @ x)
+    y = flatten(reached.multipliers, program.selections)
+    start = PrimalDual(x, y, program.b - program.A @ x)
     return _by_scs(program, solve(program, certifiable(options), start), reached.passes)
 
 
@@ -164,13 +171,8 @@ def _exceeded(family: ConeFamily, x: Floats) -> bool:
     return float(family.violation(x.reshape(-1, 3)).max(initial=0.0)) > FEASIBILITY
 
 
-def _by_multipliers(program: ConicProgram, solution: PrimalDual, passes: int) -> RoundSolution:
-    found = unflatten(solution.y, program)
-    return RoundSolution(solution.x.reshape(-1, 3), found, "multipliers", passes, program, None)
-
-
 def _by_scs(program: ConicProgram, run: ScsRun, passes: int) -> RoundSolution:
-    found = unflatten(run.solution.y, program)
+    found = unflatten(run.solution.y, program.selections, program.c)
     return RoundSolution(run.solution.x.reshape(-1, 3), found, "scs", passes, program, run)
 
 

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats, Ints, row_dot
 
 
@@ -50,6 +51,11 @@ class PlanePull:
         result = self._weighted_tangential * points
         result += self._weighted_normals * row_dot(self.normals, points)[:, None]
         return result
+
+    @property
+    def blocks(self) -> VertexBlocks:
+        """The matrices w (n nᵀ + τ I), k of them."""
+        return VertexBlocks.of_planes(self.weights, self.normals, self.tangential)
 
     @property
     def value_at_zero(self) -> float:
@@ -145,17 +151,14 @@ class SurfaceObjective:
             result += self.carried.scatter @ self.backward.apply(points)
         return np.asarray(2 * result).ravel()
 
-    def diagonal(self) -> Floats:
-        """Return the diagonal of P, (3n,)."""
-        forward = self.forward
-        result = forward.weights[:, None] * (forward.normals**2 + forward.tangential)
-        result += self.proximity
-        result += (self.laplacian.power(2).T @ self.fairness)[:, None]
+    def diagonal_blocks(self) -> VertexBlocks:
+        """Return the 3×3 blocks on the diagonal of P."""
+        isotropic = self.laplacian.power(2).T @ self.fairness + self.proximity
+        result = self.forward.blocks.plus_isotropic(isotropic)
         if self.backward is not None and self.carried is not None:
-            backward = self.backward
-            local = backward.weights[:, None] * (backward.normals**2 + backward.tangential)
-            result += self.carried.scatter.power(2) @ local
-        return np.asarray(2 * result).ravel()
+            shares = self.carried.scatter.power(2)
+            result += VertexBlocks(shares @ self.backward.blocks.entries)
+        return result.scaled(2)
 
     def matrix(self) -> sparse.csc_array:
         """Return P, (3n, 3n)."""

@@ -1,0 +1,35 @@
+"""The 3×3 blocks that precondition the linear solves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.program.vertex_blocks import VertexBlocks
+
+
+def some_blocks(count: int = 7) -> VertexBlocks:
+    draw = np.random.default_rng(0)
+    normals = draw.normal(size=(count, 3))
+    return VertexBlocks.of_planes(draw.uniform(1, 2, count), normals, tangential=0.1)
+
+
+def test_a_plane_is_stiff_across_and_soft_along():
+    block = VertexBlocks.of_planes(np.array([2.0]), np.array([[0.0, 0, 1]]), 0.1).full()[0]
+
+    np.testing.assert_allclose(block, np.diag([0.2, 0.2, 2.2]))
+
+
+def test_the_inverse_times_the_block_is_the_identity():
+    blocks = some_blocks()
+
+    product = blocks.full() @ blocks.inverse().full()
+
+    np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), product.shape), atol=1e-12)
+
+
+def test_sums_and_multiples_are_those_of_the_matrices():
+    blocks = some_blocks()
+
+    total = (blocks + blocks.scaled(2)).plus_isotropic(np.ones(7))
+
+    np.testing.assert_allclose(total.full(), 3 * blocks.full() + np.eye(3))
