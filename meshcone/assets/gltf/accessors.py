@@ -81,6 +81,16 @@ class Accessor:
     sparse: Sparse | None
 
     @property
+    def columns(self) -> int:
+        """Components of an element; those of a matrix column by column, padding included."""
+        return _element_size(self.kind, self.component) // self.component.itemsize
+
+    @property
+    def size(self) -> int:
+        """Bytes its elements take, stored densely."""
+        return self.count * _element_size(self.kind, self.component)
+
+    @property
     def regions(self) -> list[Region]:
         """All bytes the accessor owns."""
         sparse = [self.sparse.indices, self.sparse.values] if self.sparse else []
@@ -191,9 +201,7 @@ class Accessors:
             # No buffer bounds this count.
             place = accessor.element.place("count")
             self._limits.check("vertices", accessor.count, "elements without a buffer", place)
-            size = _element_size(accessor.kind, accessor.component)
-            columns = size // accessor.component.itemsize
-            values = np.zeros((accessor.count, columns), accessor.component)
+            values = np.zeros((accessor.count, accessor.columns), accessor.component)
         if accessor.sparse:
             stored = accessor.sparse.values
             values[self.sparse_rows(accessor)] = stored.elements(data(stored), accessor.component)

@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset, naming
 from meshcone.assets.divisions import Division
+from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, split_glb
 from meshcone.assets.gltf.divisions import scene_divisions
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
 from meshcone.assets.gltf.model import Model
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
@@ -20,8 +23,9 @@ from meshcone.assets.gltf.split import split_shared
 from meshcone.assets.gltf.widen import widen_positions
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
-from meshcone.assets.policy import WritePolicy
+from meshcone.assets.policy import DracoPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
+from meshcone.errors import InputError
 
 
 def read_glb(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
@@ -37,6 +41,14 @@ def read_gltf(name: str, data: bytes, resources: Mapping[str, bytes], limits: Li
         LimitError: something is larger or deeper than ``limits`` accept.
     """
     return _read(name, data, None, resources, limits)
+
+
+_DRACO_CHANGES: dict[DracoPolicy, str] = {
+    "plain": "what is compressed with Draco is written as plain buffers; draco=encode compresses "
+    "it again",
+    "encode": "what is compressed with Draco is compressed again, positions of a mesh that moved "
+    f"in {POSITION_BITS} bits",
+}
 
 
 class GltfAsset(Asset):
@@ -79,33 +91,43 @@ class GltfAsset(Asset):
 
     def changes(self, policy: WritePolicy) -> tuple[str, ...]:
         """See :meth:`Asset.changes`."""
-        if policy.instances == "refuse":
-            return ()
-        before = self._model.document.root
-        after = self._writable(policy).document.root
+        told = []
+        if self._model.compressed:
+            told.append(_DRACO_CHANGES[policy.draco])
+        before, after = self._model.document.root, self._writable(policy).document.root
         copied = len(after.children("meshes")) - len(before.children("meshes"))
         apart = len(after.children("accessors")) - len(before.children("accessors"))
-        if not apart:
-            return ()
-        added = [_count(copied, "mesh", "meshes")] if copied else []
-        added.append(_count(apart, "accessor", "accessors"))
-        verb = "was" if copied + apart == 1 else "were"
-        return (
-            "vertex data that several nodes or meshes share were split: "
-            f"{' and '.join(added)} {verb} added",
-        )
+        if apart:
+            added = [_count(copied, "mesh", "meshes")] if copied else []
+            added.append(_count(apart, "accessor", "accessors"))
+            told.append(
+                "vertex data that several nodes or meshes share were split; added: "
+                f"{' and '.join(added)}"
+            )
+        return tuple(told)
 
     def _writable(self, policy: WritePolicy) -> Model:
         """The model to write into: what is shared is split, if the policy says so."""
         model = self._model
+        if policy.draco == "encode" and model.compressed:
+            check_encodable(model.compressed.primitives)
         if policy.instances == "split":
             moving = Moving.of(model.scene, self._surface, policy)
-            split = split_shared(model.document, model.accessors, moving)
-            model = model.rebuilt(*split) if split else model
+            model = self._extended(split_shared(model.document, model.accessors, moving), policy)
         check_ownership(
             model.document, model.accessors, Moving.of(model.scene, self._surface, policy)
         )
         return model
+
+    def _extended(self, changed: tuple[Document, Buffers] | None, policy: WritePolicy) -> Model:
+        if changed is None:
+            return self._model
+        if policy.draco == "encode" and self._model.compressed:
+            raise InputError(
+                "what is shared, or out of the range of its integers, is stored anew, which "
+                "cannot be compressed again; set draco=plain"
+            )
+        return self._model.rebuilt(*changed)
 
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
         positions, moved = self._scattered(vertices)
@@ -113,11 +135,13 @@ class GltfAsset(Asset):
             return self._data
         model = self._writable(policy)
         widened = widen_positions(model, positions, moved)
-        model = model.rebuilt(*widened) if widened else model
+        model = self._extended(widened, policy) if widened else model
         editor = BufferEditor(model.accessors)
         model.store_positions(editor, positions, moved)
         if policy.normals == "recompute":
             write_shading(editor, model.scene, self._surface, vertices, policy.selected)
+        if policy.draco == "encode" and model.compressed:
+            return model.compressed.to_bytes(model, editor)
         return model.to_bytes(editor)
 
     def _divisions(self) -> dict[str, Division]:

@@ -19,10 +19,11 @@ MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 INSTANCING = "EXT_mesh_gpu_instancing"
 QUANTIZATION = "KHR_mesh_quantization"
 
-# Extensions that change how a surface looks, not where it is.
+# Extensions that change how a surface looks, not where it is, or that are undone on reading.
 _HARMLESS_PREFIXES = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_")
 _HARMLESS = {
     QUANTIZATION,
+    DRACO,
     "KHR_lights_punctual",
     "KHR_animation_pointer",
     "KHR_xmp",
@@ -31,7 +32,6 @@ _HARMLESS = {
     "EXT_lights_image_based",
 }
 _ADVICE = {
-    DRACO: "export without Draco compression",
     MESHOPT[0]: "export without meshopt compression",
     MESHOPT[1]: "export without meshopt compression",
     INSTANCING: "export each instance as a node of its own",

@@ -47,6 +47,7 @@ class Draft:
         self._entries: dict[str, list[dict[str, Any]]] = defaultdict(list)
         self._replaced: dict[int, list[_Piece]] = defaultdict(list)
         self._appended: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
+        self._padding: dict[int, int] = {}
 
     def put(self, path: Path, value: object) -> None:
         """Set a member of an existing object, or an entry of an existing array."""
@@ -82,6 +83,8 @@ class Draft:
         buffer, start, end = _extent(self._views[view])
         self.put(("bufferViews", view, "byteLength"), len(data))
         if view in self._alone:
+            self._padding[view] = -start % _ALIGNMENT
+            data = bytes(self._padding[view]) + data
             growth = len(data) - (end - start)
             self._replaced[buffer].append(_Piece(start, end, data + bytes(-growth % _ALIGNMENT)))
         else:
@@ -163,7 +166,7 @@ class Draft:
         shifts = [0, *accumulate(piece.growth for piece in pieces)]
         for index, view in enumerate(self._views):
             of_buffer, start, _ = _extent(view)
-            shift = shifts[bisect_right(ends, start)]
+            shift = shifts[bisect_right(ends, start)] + self._padding.get(index, 0)
             if shift and of_buffer == buffer:
                 self._place(index, start + shift)
 

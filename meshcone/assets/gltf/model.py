@@ -13,9 +13,27 @@ from meshcone.assets.gltf.affine import restore_points
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, join_glb
 from meshcone.assets.gltf.document import Document, parse_document
+from meshcone.assets.gltf.draco.deflate import bitstream_accessors, deflate, replay
+from meshcone.assets.gltf.draco.inflate import DracoPrimitive, inflate
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
+
+
+@dataclass(frozen=True)
+class Compressed:
+    """A document as the file has it, and what of it Draco compresses."""
+
+    document: Document
+    buffers: Buffers
+    primitives: list[DracoPrimitive]
+
+    def to_bytes(self, plain: Model, editor: BufferEditor) -> bytes:
+        """The file with what an editor has changed of its plain form, compressed again."""
+        document, buffers = deflate(self.document, self.buffers, self.primitives, editor)
+        accessors = Accessors(document, buffers, plain.limits)
+        again = replay(editor, accessors, bitstream_accessors(self.primitives))
+        return write_file(plain.container, document, buffers, again)
 
 
 @dataclass(frozen=True)
@@ -24,6 +42,8 @@ class Model:
 
     Attributes:
         container: the GLB it is in, or None.
+        document: without compressed geometry.
+        compressed: how the file has it, if it is compressed with Draco.
     """
 
     container: Container | None
@@ -31,6 +51,7 @@ class Model:
     accessors: Accessors
     scene: Scene
     limits: Limits
+    compressed: Compressed | None = None
 
     @staticmethod
     def read(
@@ -39,21 +60,26 @@ class Model:
         """Parse a document and read its scene. Raises as ``read_gltf`` does."""
         document = parse_document(data if container is None else container.json, limits)
         buffers = Buffers(document, container.binary if container else None, resources)
-        return Model.of(container, document, buffers, limits)
+        plain, plain_buffers, primitives = inflate(document, buffers, limits)
+        compressed = Compressed(document, buffers, primitives) if primitives else None
+        return Model.of(container, plain, plain_buffers, limits, compressed)
 
     @staticmethod
     def of(
-        container: Container | None, document: Document, buffers: Buffers, limits: Limits
+        container: Container | None,
+        document: Document,
+        buffers: Buffers,
+        limits: Limits,
+        compressed: Compressed | None = None,
     ) -> Model:
         """Read a document's scene."""
         accessors = Accessors(document, buffers, limits)
-        return Model(
-            container, document, accessors, read_scene(document, accessors, limits), limits
-        )
+        scene = read_scene(document, accessors, limits)
+        return Model(container, document, accessors, scene, limits, compressed)
 
     def rebuilt(self, document: Document, buffers: Buffers) -> Model:
         """The same model with another document and buffers."""
-        return Model.of(self.container, document, buffers, self.limits)
+        return Model.of(self.container, document, buffers, self.limits, self.compressed)
 
     def store_positions(
         self, editor: BufferEditor, positions: NDArray[np.float64], moved: NDArray[np.bool_]
@@ -72,10 +98,16 @@ class Model:
 
     def to_bytes(self, editor: BufferEditor) -> bytes:
         """The file, with what an editor has changed."""
-        changed = editor.changed_buffers()
-        text = editor.new_json(self.document, changed)
-        if self.container is None:
-            return text.encode()
-        buffers = self.accessors.buffers
-        in_file = (data for index, data in changed.items() if buffers[index].source == "binary")
-        return join_glb(self.container, text, next(in_file, buffers.binary))
+        return write_file(self.container, self.document, self.accessors.buffers, editor)
+
+
+def write_file(
+    container: Container | None, document: Document, buffers: Buffers, editor: BufferEditor
+) -> bytes:
+    """A document with an editor's changes, in the container it came in."""
+    changed = editor.changed_buffers()
+    text = editor.new_json(document, changed)
+    if container is None:
+        return text.encode()
+    in_file = (data for index, data in changed.items() if buffers[index].source == "binary")
+    return join_glb(container, text, next(in_file, buffers.binary))

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import copy
 from collections import defaultdict
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from meshcone.assets.gltf.accessors import Accessor, Accessors
+from meshcone.assets.gltf.apart import copy_apart
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.moving import Moving
-
-_ARRAY_BUFFER = 34962
-_STRIDE_ALIGNMENT = 4  # of vertex attributes (section 3.6.2.4)
 
 
 def split_shared(
@@ -45,55 +40,13 @@ def split_shared(
         # Two accessors over the same bytes stay two, so that vertices keep their numbers.
         key = (use.key, use.accessor.index)
         if key not in copies:
-            copies[key] = store_apart(draft, accessors, use.accessor)
+            copies[key] = copy_apart(draft, accessors, use.accessor)
         use.point_to(draft, copies[key])
     changed = bool(copies) or any(mesh.is_copy for mesh in meshes.values())
     for mesh in meshes.values():
         if mesh.is_copy:
             draft.append("meshes", mesh.value)
     return draft.finish() if changed else None
-
-
-def store_apart(
-    draft: Draft,
-    accessors: Accessors,
-    accessor: Accessor,
-    values: NDArray[Any] | None = None,
-    index: int | None = None,
-    declared: Mapping[str, Any] | None = None,
-) -> int:
-    """Store a vertex attribute in a buffer view of its own.
-
-    Args:
-        draft: takes the changes.
-        accessors: of the document.
-        accessor: whose elements and members are copied.
-        values: (count, columns) components to store in place of its own, of any type.
-        index: the accessor to redefine; a new one where it is None.
-        declared: members of the accessor that change.
-
-    Returns:
-        The accessor's index.
-    """
-    stored = accessors.read(accessor) if values is None else values
-    padding = -stored.dtype.itemsize * stored.shape[1] % _STRIDE_ALIGNMENT
-    members: dict[str, Any] = {"target": _ARRAY_BUFFER}
-    if padding:
-        stored = np.pad(stored, ((0, 0), (0, padding // stored.dtype.itemsize)))
-        members["byteStride"] = stored.dtype.itemsize * stored.shape[1]
-    buffer = accessor.regions[0].buffer if accessor.regions else 0
-    view = draft.store(buffer, np.ascontiguousarray(stored).tobytes(), members)
-    kept = {k: v for k, v in accessor.element.value.items() if k not in _REPLACED}
-    if accessor.normalized and stored.dtype.kind != "f":
-        kept["normalized"] = True
-    definition = {"bufferView": view, **kept, **(declared or {})}
-    if index is None:
-        return draft.append("accessors", definition)
-    draft.put(("accessors", index), definition)
-    return index
-
-
-_REPLACED = {"bufferView", "byteOffset", "sparse", "normalized"}
 
 
 @dataclass

@@ -8,16 +8,18 @@ half a step and reach into the node's children. Floats hold every value the inte
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import decode, encode
 from meshcone.assets.gltf.affine import restore_points
+from meshcone.assets.gltf.apart import place_apart
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.model import Model
-from meshcone.assets.gltf.split import store_apart
 
 _FLOAT = 5126
 
@@ -45,13 +47,13 @@ def widen_positions(
         if encode(local, accessor.component, accessor.normalized) is not None:
             continue
         widened.add(accessor.index)
-        stored = model.accessors.read(accessor)
-        values = decode(stored, accessor.normalized).astype("<f4")
-        declared = {"componentType": _FLOAT}
+        values = decode(model.accessors.read(accessor), accessor.normalized).astype("<f4")
+        declared: dict[str, Any] = {"componentType": _FLOAT}
+        if accessor.normalized:
+            declared["normalized"] = False
         for key, bound in (("min", np.min), ("max", np.max)):
             if key in accessor.element.value:
                 declared[key] = bound(values, axis=0).tolist()
-        store_apart(
-            draft, model.accessors, accessor, values, index=accessor.index, declared=declared
-        )
+        buffer = accessor.regions[0].buffer if accessor.regions else 0
+        place_apart(draft, accessor, values, buffer, declared)
     return draft.finish() if widened else None

@@ -20,10 +20,15 @@ class BufferEditor:
 
     The changes go to copies of the buffers; ``changed_buffers`` and ``new_json`` tell what
     has become of them.
+
+    Attributes:
+        accessors: of the document.
+        writes: every change so far: accessor, rows and values.
     """
 
     def __init__(self, accessors: Accessors) -> None:
-        self._accessors = accessors
+        self.accessors = accessors
+        self.writes: list[tuple[Accessor, NDArray[np.int64], NDArray[np.float64]]] = []
         self._edited: dict[int, bytearray] = {}
         self._touched: dict[int, Accessor] = {}
 
@@ -49,9 +54,10 @@ class BufferEditor:
                 place=accessor.element.pointer,
             )
         self._touched[accessor.index] = accessor
+        self.writes.append((accessor, rows, values))
         in_dense = np.ones(len(rows), dtype=bool)
         if accessor.sparse is not None:
-            sparse_rows = self._accessors.sparse_rows(accessor)
+            sparse_rows = self.accessors.sparse_rows(accessor)
             slots = np.minimum(np.searchsorted(sparse_rows, rows), len(sparse_rows) - 1)
             in_dense = sparse_rows[slots] != rows
             region = accessor.sparse.values
@@ -62,16 +68,20 @@ class BufferEditor:
             elements = region.elements(self._buffer(region.buffer), accessor.component)
             elements[rows[in_dense]] = stored[in_dense]
 
+    def touches(self, accessor: int) -> bool:
+        """Whether some element of an accessor was written."""
+        return accessor in self._touched
+
     def read(self, accessor: Accessor) -> NDArray[Any]:
         """(count, columns) stored components with the changes made so far."""
-        return self._accessors.read(accessor, self._edited)
+        return self.accessors.read(accessor, self._edited)
 
     def changed_buffers(self) -> dict[int, bytes]:
         """Buffers some byte of which is different now."""
         return {
             index: bytes(data)
             for index, data in self._edited.items()
-            if data != self._accessors.buffers[index].data
+            if data != self.accessors.buffers[index].data
         }
 
     def new_json(self, document: Document, changed: dict[int, bytes]) -> str:
@@ -84,19 +94,19 @@ class BufferEditor:
         for accessor in self._touched.values():
             replacements.update(self._bounds(accessor))
         for index, data in changed.items():
-            if self._accessors.buffers[index].source != "binary":
+            if self.accessors.buffers[index].source != "binary":
                 uri = document.root.children("buffers")[index].text("uri")
                 replacements["buffers", index, "uri"] = json.dumps(encode_data_uri(data, uri))
         return replace_values(document.text, replacements)
 
     def _buffer(self, index: int) -> bytearray:
         if index not in self._edited:
-            self._edited[index] = bytearray(self._accessors.buffers[index].data)
+            self._edited[index] = bytearray(self.accessors.buffers[index].data)
         return self._edited[index]
 
     def _bounds(self, accessor: Accessor) -> dict[Path, str]:
         """Declared minima and maxima that are no longer true (section 3.6.2.5)."""
-        before = self._accessors.read(accessor)
+        before = self.accessors.read(accessor)
         after = self.read(accessor)
         replacements: dict[Path, str] = {}
         for key, bound in (("min", np.min), ("max", np.max)):

@@ -57,8 +57,8 @@ def test_a_morph_target_that_is_the_mesh_itself_is_refused():
 
 def test_a_compressed_copy_is_refused():
     def change(gltf):
-        extension = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
-        gltf.json["meshes"][0]["primitives"][0]["extensions"] = extension
+        extension = {"EXT_meshopt_compression": {"buffer": 0, "byteLength": 4}}
+        gltf.json["bufferViews"][0]["extensions"] = extension
 
     assert "also stored compressed" in shared(change).message
 

@@ -197,7 +197,6 @@ def test_without_a_scene_all_root_nodes_are_read():
         ("meshes/0/primitives/0/mode", 7, "/meshes/0/primitives/0/mode", "unknown primitive mode"),
         ("meshes/0/primitives/0/attributes", [], None, "expected an object, found an array"),
         ("extensionsRequired", ["ACME_gizmo"], "/extensionsRequired/0", "'ACME_gizmo'"),
-        ("extensionsRequired", ["KHR_draco_mesh_compression"], None, "without Draco"),
         ("extensionsRequired", ["EXT_meshopt_compression"], None, "without meshopt"),
         ("scene", 3, "/scene", "names scene 3"),
         ("nodes", [], "/scenes/0/nodes/0", "names node 0"),

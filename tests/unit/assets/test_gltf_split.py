@@ -145,9 +145,8 @@ def test_only_a_selected_node_is_split_off():
 
 def test_the_report_can_say_what_was_split():
     asset = read(two_cubes().glb())
-    assert asset.changes(WritePolicy()) == ()
     (sentence,) = asset.changes(SPLIT)
-    assert "1 mesh and 2 accessors were added" in sentence
+    assert sentence.endswith("added: 1 mesh and 2 accessors")
 
 
 def test_bytes_of_a_separate_buffer_move_into_the_document():
