@@ -92,6 +92,8 @@ class CentroidFormulation(Formulated):
     """
 
     def __init__(self, pair: Pair, options: Options) -> None:
+        if pair.fixed.any():
+            raise InputError("option 'select' needs the surface formulation: no vertex stays here")
         self.pair, self.options = pair, options
         self._objective, self._caps, _ = centroid_program(pair.source, pair.reference, options)
 

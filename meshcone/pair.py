@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Pair:
         frame: the similarity into the reference's unit sphere.
         alignment: how the source was brought to the reference first, if it was; the file
             that is written stays where the source was.
-        policy: how the source is written back.
+        policy: how the source is written back; None if it is not.
     """
 
     source_file: MeshFile
@@ -43,7 +43,7 @@ class Pair:
     reference: Mesh
     frame: Frame
     alignment: Alignment | None = None
-    policy: WritePolicy = field(default_factory=WritePolicy)
+    policy: WritePolicy | None = None
 
     def under(self, options: Options) -> Pair:
         """Settle how the source will be written, and what of it may move.
@@ -58,7 +58,8 @@ class Pair:
     @property
     def fixed(self) -> Bools:
         """(n,) which vertices of the source may not move, for lack of being selected."""
-        return self.policy.fixed_vertices(self.source.faces, len(self.source.vertices))
+        policy = self.policy or WritePolicy()
+        return policy.fixed_vertices(self.source.faces, len(self.source.vertices))
 
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
@@ -116,6 +117,8 @@ class Pair:
 
     def _writing(self) -> list[str]:
         """What of the source stays although it could move, and what is changed besides."""
+        if self.policy is None:
+            return []
         told = list(self.source_asset.changes(self.policy))
         selected = self.policy.selected
         if selected is not None:
@@ -135,7 +138,7 @@ class Pair:
         model = self.frame.out_of(positions)
         if self.alignment is not None:
             model = transform_points(invert(self.alignment.matrix), model)
-        return self.source_asset.patched(model, self.policy)
+        return self.source_asset.patched(model, self.policy or WritePolicy())
 
     def read_patched(self, data: bytes) -> Asset:
         """Read a patched copy of the source file.

@@ -7,6 +7,7 @@ import json
 import struct
 from typing import Any
 
+import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -161,3 +162,42 @@ def chunks(glb: bytes) -> tuple[dict[str, Any], bytes]:
     """Document and binary buffer of a GLB file."""
     (length,) = struct.unpack_from("<I", glb, 12)
     return json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+
+DRACO = "KHR_draco_mesh_compression"
+
+
+def compress(gltf: Gltf, mesh: int = 0, primitive: int = 0, *, keep_copy: bool = False) -> Gltf:
+    """Put a primitive whose accessors have views of their own into a Draco bitstream."""
+    document = gltf.json
+    drawn = document["meshes"][mesh]["primitives"][primitive]
+    values = {name: stored(gltf, index) for name, index in drawn["attributes"].items()}
+    others = {name: number for number, name in enumerate(values) if name != "POSITION"}
+    data = DracoPy.encode(
+        values["POSITION"],
+        stored(gltf, drawn["indices"]).reshape(-1, 3).astype(np.uint32),
+        quantization_bits=20,
+        preserve_order=True,
+        generic_attributes={number: values[name] for name, number in others.items()} or None,
+    )
+    positions = next(a for a in DracoPy.decode(data).attributes if a["attribute_type"] == 0)
+    ids = {name: others.get(name, positions["unique_id"]) for name in values}
+    if not keep_copy:
+        for index in (drawn["indices"], *drawn["attributes"].values()):
+            for key in ("bufferView", "byteOffset"):
+                document["accessors"][index].pop(key, None)
+    drawn["extensions"] = {DRACO: {"bufferView": gltf.view(data), "attributes": ids}}
+    document["extensionsUsed"] = [DRACO]
+    if not keep_copy:
+        document["extensionsRequired"] = [DRACO]
+    return gltf
+
+
+def stored(gltf: Gltf, accessor: int) -> NDArray[Any]:
+    """(count, columns) components of an accessor with a view of its own."""
+    declared = gltf.json["accessors"][accessor]
+    start = gltf.json["bufferViews"][declared["bufferView"]]["byteOffset"]
+    kind = next(name for name, code in COMPONENT.items() if code == declared["componentType"])
+    columns = next(width for width, name in KIND.items() if name == declared["type"])
+    count = declared["count"] * columns
+    return np.frombuffer(bytes(gltf.binary), f"<{kind}", count, start).reshape(-1, columns)

@@ -1,0 +1,245 @@
+"""Draco in, plain buffers out; or Draco again, where asked for."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import DracoPy
+import numpy as np
+import pytest
+
+from meshcone.assets import Asset, Limits, WritePolicy, read_asset
+from meshcone.assets.gltf.draco import decoder
+from meshcone.assets.gltf.draco.decoder import DracoData, decode_draco
+from meshcone.errors import InputError, LimitError
+from tests.unit.assets.builders import DRACO, Gltf, chunks, compress, cube_gltf
+
+ENCODE = WritePolicy(draco="encode")
+
+
+def read(data: bytes) -> Asset:
+    return read_asset("mesh.glb", data)
+
+
+def cube() -> Gltf:
+    return compress(cube_gltf())
+
+
+def extension(gltf: Gltf) -> dict:
+    return gltf.json["meshes"][0]["primitives"][0]["extensions"][DRACO]
+
+
+def test_a_compressed_mesh_is_the_mesh_that_was_compressed():
+    plain, asset = read(cube_gltf().glb()), read(cube().glb())
+    assert asset.positions == pytest.approx(plain.positions, abs=1e-6)
+    assert asset.faces.tolist() == plain.faces.tolist()
+
+
+def test_a_compressed_mesh_may_be_in_a_separate_buffer():
+    gltf = cube()
+    asset = read_asset("mesh.gltf", gltf.separate("a.bin"), {"a.bin": bytes(gltf.binary)})
+    after = read_asset("mesh.gltf", asset.patched(asset.vertices + 1))
+    assert after.vertices == pytest.approx(asset.vertices + 1, abs=1e-6)
+
+
+def test_nothing_moved_gives_the_same_bytes():
+    data = cube().glb()
+    asset = read(data)
+    assert asset.patched(asset.vertices.copy()) == asset.patched(asset.vertices.copy(), ENCODE)
+    assert asset.patched(asset.vertices.copy()) == data
+
+
+def test_it_is_written_as_plain_buffers():
+    asset = read(cube().glb())
+    data = asset.patched(asset.vertices * 2 + 1)
+    document, binary = chunks(data)
+    assert "extensionsUsed" not in document
+    assert "extensionsRequired" not in document
+    assert "extensions" not in document["meshes"][0]["primitives"][0]
+    assert read(data).vertices == pytest.approx(asset.vertices * 2 + 1)
+    assert document["accessors"][0]["max"] == pytest.approx([3, 3, 3])
+    assert document["buffers"][0]["byteLength"] == len(binary)
+
+
+def test_plain_buffers_keep_texture_coordinates_and_indices():
+    before = read(cube_gltf().glb())
+    expected = chunks(before.patched(before.vertices + 1))
+    asset = read(cube().glb())
+    found = chunks(asset.patched(asset.vertices + 1))
+    for accessor, width in ((2, 8), (3, 2)):
+        assert elements(*found, accessor, width) == elements(*expected, accessor, width)
+
+
+def elements(document: dict, binary: bytes, accessor: int, width: int) -> bytes:
+    declared = document["accessors"][accessor]
+    start = document["bufferViews"][declared["bufferView"]]["byteOffset"]
+    return binary[start : start + width * declared["count"]]
+
+
+def test_the_bitstream_leaves_no_dead_bytes_behind():
+    asset = read(cube().glb())
+    document, binary = chunks(asset.patched(asset.vertices + 1))
+    covered = np.zeros(len(binary), dtype=bool)
+    for view in document["bufferViews"]:
+        covered[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] = True
+        assert view["byteOffset"] % 4 == 0
+    stale = len(cube_gltf().binary)  # what the builder leaves of the plain mesh
+    assert np.count_nonzero(~covered) < 64
+    assert len(binary) < 2 * stale + 64
+
+
+def test_views_behind_a_bitstream_follow_their_bytes():
+    gltf = cube()
+    note = gltf.view(b"a note of an odd length")
+    gltf.json["images"] = [{"bufferView": note, "mimeType": "image/png"}]
+    asset = read(gltf.glb())
+    for policy in (WritePolicy(), ENCODE):
+        document, binary = chunks(asset.patched(asset.vertices + 1, policy))
+        view = document["bufferViews"][note]
+        start = view["byteOffset"]
+        assert binary[start : start + view["byteLength"]] == b"a note of an odd length"
+
+
+def test_it_is_compressed_again_where_asked_to():
+    gltf = cube()
+    asset = read(gltf.glb())
+    data = asset.patched(asset.vertices * 2 + 1, ENCODE)
+    before, (after, _) = gltf.json, chunks(data)
+    assert read(data).vertices == pytest.approx(asset.vertices * 2 + 1, abs=2 / 2**16)
+    assert "bufferView" not in after["accessors"][0]
+    for document in (before, after):
+        del document["accessors"][0]["min"], document["accessors"][0]["max"]
+        del document["buffers"], document["bufferViews"]
+        document["meshes"][0]["primitives"][0]["extensions"][DRACO].pop("attributes")
+    assert after == before
+
+
+def test_declared_bounds_are_those_of_what_decompresses():
+    asset = read(cube().glb())
+    data = asset.patched(asset.vertices * np.pi, ENCODE)
+    bounds = chunks(data)[0]["accessors"][0]
+    assert bounds["max"] == read(data).positions.max(axis=0).tolist()
+
+
+def test_seams_between_compressed_primitives_stay_closed():
+    gltf = cube_gltf()
+    half = {"attributes": dict(gltf.json["meshes"][0]["primitives"][0]["attributes"])}
+    for name, index in half["attributes"].items():
+        values = np.frombuffer(bytes(gltf.binary), "<f4")[: 24 * 3].reshape(-1, 3)
+        if name == "POSITION":
+            half["attributes"][name] = gltf.accessor(values + np.float32([1, 0, 0]))
+        else:
+            gltf.json["accessors"].append(dict(gltf.json["accessors"][index]))
+            half["attributes"][name] = len(gltf.json["accessors"]) - 1
+    gltf.json["accessors"].append(dict(gltf.json["accessors"][3]))
+    half["indices"] = len(gltf.json["accessors"]) - 1
+    gltf.json["meshes"][0]["primitives"].append(half)
+    asset = read(compress(compress(gltf), primitive=1).glb())
+    assert asset.counts().welded_vertices == 12
+    moved = asset.vertices + np.random.default_rng(1).normal(scale=0.1, size=(12, 3))
+    after = read(asset.patched(moved, ENCODE))
+    assert after.counts().welded_vertices == 12
+
+
+def test_a_plain_copy_is_what_is_read_and_both_are_written():
+    gltf = compress(cube_gltf(), keep_copy=True)
+    asset = read(gltf.glb())
+    data = asset.patched(asset.vertices + 0.5, ENCODE)
+    document, binary = chunks(data)
+    draco = document["meshes"][0]["primitives"][0]["extensions"][DRACO]
+    view = document["bufferViews"][draco["bufferView"]]
+    start = view["byteOffset"]
+    mesh = DracoPy.decode(binary[start : start + view["byteLength"]])
+    assert mesh.points == pytest.approx(read(data).positions, abs=1e-4)
+    assert read(data).vertices == pytest.approx(asset.vertices + 0.5)
+
+
+def test_the_report_can_say_what_becomes_of_it():
+    asset = read(cube().glb())
+    assert "plain buffers" in asset.changes(WritePolicy())[0]
+    assert "16 bits" in asset.changes(ENCODE)[0]
+
+
+def test_copies_cannot_be_compressed():
+    gltf = cube()
+    gltf.node(mesh=0, translation=[5, 0, 0])
+    asset = read(gltf.glb())
+    asset.ensure_writable(WritePolicy(instances="split"))
+    with pytest.raises(InputError, match="draco=plain"):
+        asset.ensure_writable(WritePolicy(instances="split", draco="encode"))
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda g: extension(g).pop("bufferView"), "needs bufferView"),
+        (lambda g: extension(g)["attributes"].pop("POSITION"), "without POSITION"),
+        (lambda g: extension(g)["attributes"].update(COLOR_0=9), "'COLOR_0', which the primitive"),
+        (lambda g: extension(g)["attributes"].update(NORMAL=77), "no attribute 77"),
+        (lambda g: g.json["meshes"][0]["primitives"][0].update(mode=5), "lists of triangles"),
+        (lambda g: g.json["accessors"][3].update(count=33), "12 triangles, the accessor 11"),
+        (lambda g: g.json["accessors"][1].update(count=23), "23 of NORMAL for 24"),
+        (lambda g: g.json["accessors"][2].update(type="VEC3"), r"hold 24 × 2"),  # noqa: RUF001
+        (lambda g: g.json["bufferViews"][4].update(byteLength=9), "cut short"),
+        (lambda g: g.json["bufferViews"][4].update(byteLength=60), "damaged"),
+        (lambda g: g.json["bufferViews"][4].update(byteOffset=0), "no Draco mesh"),
+    ],
+)
+def test_damage_is_refused_with_its_place(damage, message):
+    gltf = cube()
+    damage(gltf)
+    with pytest.raises(InputError, match=message) as caught:
+        read(gltf.glb())
+    assert caught.value.place.startswith(("/meshes/0", "/accessors"))
+    assert caught.value.file == "mesh.glb"
+
+
+def test_what_it_decompresses_to_counts_against_the_limits():
+    for limits in (Limits(vertices=20), Limits(faces=10)):
+        with pytest.raises(LimitError):
+            read_asset("mesh.glb", cube().glb(), limits=limits)
+
+
+def bitstream(triangles: int = 12, vertices: int = 24, method: int = 0) -> bytes:
+    head = struct.pack("<5sBBBBH", b"DRACO", 2, 2, 1, method, 0)
+    return head + bytes(method) + varint(triangles) + varint(vertices) + b"\1" * 40
+
+
+def varint(value: int) -> bytes:
+    digits = []
+    while value >= 0x80:
+        digits.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*digits, value])
+
+
+def test_a_bitstream_that_declares_billions_is_refused_before_it_is_decoded(monkeypatch):
+    monkeypatch.setattr(decoder, "_CHILD", "there is no such file")
+    for data in (bitstream(triangles=2**31), bitstream(vertices=2**31)):
+        with pytest.raises(InputError, match="the Draco data declare 2,147,483,648"):
+            decode_draco([DracoData(data, 12, 24, 1000, "/here")])
+
+
+@pytest.mark.parametrize(
+    ("program", "error", "message"),
+    [
+        ("import os; os.abort()", InputError, "make the decoder crash"),
+        ("raise MemoryError", LimitError, "more memory"),
+        ("import time; time.sleep(60)", LimitError, "to decode"),
+    ],
+)
+def test_the_decoders_end_is_an_error_and_not_ours(tmp_path, monkeypatch, program, error, message):
+    child = tmp_path / "child.py"
+    child.write_text(program)
+    monkeypatch.setattr(decoder, "_CHILD", child)
+    monkeypatch.setattr(decoder, "_BASE_SECONDS", 1)
+    with pytest.raises(error, match=message) as caught:
+        decode_draco([DracoData(bitstream(), 12, 24, 1000, "/here")])
+    assert caught.value.place == "/here"
+
+
+def test_a_name_written_with_escapes_is_no_way_around():
+    text = json.dumps(cube().json).replace("KHR_draco", "KHR\\u005fdraco").encode()
+    with pytest.raises(InputError):
+        read_asset("mesh.gltf", text)
