@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from meshcone.errors import InputError
 from meshcone.gates.paths import Mode, require_known
 from meshcone.gates.rules import GateRule, GateTable
-from meshcone.suggestions import did_you_mean
+from meshcone.suggestions import did_you_mean, first_cause
 
 
 def _joined(table: Any) -> Any:
@@ -136,9 +136,7 @@ def _require_held(without: tuple[str, ...], gates: GateTable) -> None:
 
 
 def _explain(error: ValidationError) -> str:
-    errors = error.errors()
-    # A mistyped key explains why another is missing, not the other way round.
-    first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
+    first = first_cause(error)
     *parents, last = (str(part) for part in first["loc"])
     where = f" in '{'.'.join(parents)}'" if parents else ""
     if first["type"] == "extra_forbidden":

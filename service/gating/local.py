@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 from contextlib import closing
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
 
@@ -31,6 +32,7 @@ class LocalGatekeeper:
         """Prepare; ``mode`` says which engine the jobs will need."""
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload([_ENGINES[mode], __name__])
+        forkserver.ensure_running()  # while there are no threads yet
         self._lock = threading.Lock()
         self._running: set[ForkServerProcess] = set()
         self._stopped = False

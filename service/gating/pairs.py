@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
-from meshcone.suggestions import did_you_mean
+from meshcone.suggestions import did_you_mean, first_cause
 from service.cli.local_files import read_bytes
 
 
@@ -112,7 +112,7 @@ def _pair(path: Path, number: int, entry: Any) -> Pair:
 
 
 def _explain(error: ValidationError) -> str:
-    first = error.errors()[0]
+    first = first_cause(error)
     if not first["loc"]:
         return "expected a source and a reference"
     key = str(first["loc"][0])

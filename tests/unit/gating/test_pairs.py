@@ -1,0 +1,109 @@
+"""Manifests: three ways to list pairs, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from meshcone.errors import InputError
+from service.gating.pairs import Pair, read_manifest, shown, single_pair
+
+TOML = """
+[[pairs]]
+source = "props/barrel.obj"
+reference = "masters/barrel.obj"
+
+[[pairs]]
+name = "hero"
+source = "hero.glb"
+reference = "masters/hero.obj"
+"""
+CSV = (
+    "source,reference,name\nprops/barrel.obj,masters/barrel.obj,\nhero.glb,masters/hero.obj,hero\n"
+)
+ENTRIES = [
+    {"source": "props/barrel.obj", "reference": "masters/barrel.obj"},
+    {"source": "hero.glb", "reference": "masters/hero.obj", "name": "hero"},
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("pairs.toml", TOML),
+        ("pairs.csv", CSV),
+        ("pairs.json", json.dumps(ENTRIES)),
+        ("pairs.json", json.dumps({"pairs": ENTRIES})),
+    ],
+)
+def test_paths_are_relative_to_the_manifest(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+
+    assert read_manifest(tmp_path / name) == [
+        Pair(
+            "props/barrel.obj",
+            tmp_path / "props" / "barrel.obj",
+            tmp_path / "masters" / "barrel.obj",
+        ),
+        Pair("hero", tmp_path / "hero.glb", tmp_path / "masters" / "hero.obj"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("pairs.toml", "", "lists no pairs"),
+        ("pairs.toml", "[[pair]]\nsource = 'a'", "unknown key 'pair'; did you mean 'pairs'?"),
+        ("pairs.toml", "[[pairs]]\nsource = 'a'", "pair 1: 'reference': field required"),
+        ("pairs.toml", "[[pairs]", "is no valid TOML"),
+        ("pairs.json", "[1]", "pair 1: expected a source and a reference"),
+        ("pairs.json", '[{"source": "a", "reference": 2}]', "pair 1: 'reference'"),
+        ("pairs.json", "{", "is no valid JSON"),
+        ("pairs.json", "null", "lists no pairs"),
+        ("pairs.csv", "source,reference\n", "lists no pairs"),
+        ("pairs.csv", "sorce,reference\na,b\n", "unknown key 'sorce'; did you mean 'source'?"),
+        ("pairs.csv", "source,reference\na\n", "pair 1: 'reference'"),
+        ("pairs.csv", "source,reference\na,b,c\n", "unknown key 'further columns'"),
+        ("pairs.csv", "source,reference\na,b\na,c\n", "2 pairs are called 'a'"),
+    ],
+)
+def test_what_is_no_list_of_pairs_is_refused(
+    tmp_path: Path, name: str, text: str, said: str
+) -> None:
+    (tmp_path / name).write_text(text)
+
+    with pytest.raises(InputError) as refusal:
+        read_manifest(tmp_path / name)
+
+    assert said in str(refusal.value)
+
+
+def test_a_manifest_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "pairs.toml").write_bytes(b"\xff\xfe")
+
+    with pytest.raises(InputError, match="is no valid TOML"):
+        read_manifest(tmp_path / "pairs.toml")
+
+
+def test_a_pair_on_the_command_line_is_called_by_its_path() -> None:
+    assert single_pair(Path("props/a.obj"), Path("b.obj")).name == "props/a.obj"
+
+
+def test_a_pair_knows_its_files(tmp_path: Path) -> None:
+    pair = single_pair(tmp_path / "a.obj", tmp_path / "b.obj")
+
+    assert pair.has([tmp_path / "x" / ".." / "b.obj"])
+    assert not pair.has([tmp_path / "c.obj"])
+
+
+def test_reports_name_files_from_where_one_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside, outside = tmp_path / "here" / "props" / "a.obj", tmp_path / "b.obj"
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    assert shown(inside) == "props/a.obj"
+    assert shown(outside) == outside.as_posix()
