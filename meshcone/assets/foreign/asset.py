@@ -27,7 +27,7 @@ def recognise_foreign(suffix: str, data: bytes) -> ForeignFormat | None:
     """The format of a PLY, STL or OFF file; None if it is none of them."""
     if re.match(rb"ply\s", data):
         return "ply"
-    if re.match(rb"(?:\s|#[^\n]*\n)*+(?:ST)?C?N?4?n?OFF\b", data):
+    if re.match(rb"(?:\s|#[^\n]*\n)*+(?:ST)?C?N?4?n?OFF(?![A-Za-z_])", data):
         return "off"
     if suffix in {".ply", ".stl", ".off"}:
         return suffix[1:]  # type: ignore[return-value]

@@ -15,7 +15,7 @@ from meshcone.assets.foreign.text import Line, content_lines, integer, points, s
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-_KEYWORD = re.compile(rb"(?:ST)?C?N?(4?n?)OFF\b\s*+")
+_KEYWORD = re.compile(rb"(?:ST)?C?N?(4?n?)OFF(?![A-Za-z_])\s*+")
 
 
 def read_off(data: bytes, limits: Limits) -> Polygons:

@@ -106,8 +106,12 @@ class Element:
         if key not in self.value:
             return None
         items = self.value[key]
-        if not isinstance(items, list) or len(items) != length or not all(map(_finite, items)):
+        if not isinstance(items, list) or len(items) != length:
             raise self._unexpected(key, f"an array of {length} finite numbers")
+        for number, item in enumerate(items):
+            if not _finite(item):
+                place = f"{self.place(key)}/{number}"
+                raise InputError(f"expected a finite number, found {_kind(item)}", place=place)
         return [float(item) for item in items]
 
     def _unexpected(self, key: str, expected: str) -> InputError:
