@@ -89,7 +89,7 @@ def refine(
             raise in_words(error, pair) from None
     tracker.enter("write")
     with watch.stage("write"):
-        written = _write(pair, solved, options)
+        written = _write(pair, solved)
     tracker.enter("quality")
     with watch.stage("quality"):
         report = _report(pair, options, problem, solved, written)
@@ -112,11 +112,8 @@ class _Written:
     positions: Floats
 
 
-def _write(pair: Pair, solved: RefinedPositions, options: Options) -> _Written:
-    if solved.kept_input:
-        data = pair.source_file.data
-    else:
-        data = pair.patched(solved.positions)
+def _write(pair: Pair, solved: RefinedPositions) -> _Written:
+    data = pair.source_file.data if solved.kept_input else pair.patched(solved.positions)
     record = OutputRecord(
         name=_refined_name(pair.source_asset.name),
         sha256=hashlib.sha256(data).hexdigest(),
@@ -153,7 +150,7 @@ def _report(
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),
         options=options,
-        quality=scorer.quality(after),
+        quality=scorer.quality(after, pair.frame),
         output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,

@@ -12,11 +12,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.ordering import spatial_order
 
 _PAIRS_AT_ONCE = 1 << 18
 # Of nodes; on meshes about ten, however large.
 _TESTS_PER_PAIR = 25
-_CELLS = 1 << 10  # of the curve along each axis; three axes fit into 30 bits
 
 
 class TooManyPairsError(Exception):
@@ -40,7 +40,7 @@ def overlapping_pairs(low: Floats, high: Floats, most: int) -> Iterator[tuple[In
     """
     if len(low) < 2:
         return
-    order = np.argsort(_curve(low + high), kind="stable")
+    order = spatial_order((low + high) / 2)
     levels = _levels(low[order], high[order])
     root = np.zeros(1, dtype=np.int64)
     found, tests, waiting = 0, 0, [(0, root, root)]
@@ -61,17 +61,6 @@ def overlapping_pairs(low: Floats, high: Floats, most: int) -> Iterator[tuple[In
         for begin in range(0, len(left), _PAIRS_AT_ONCE):
             part = slice(begin, begin + _PAIRS_AT_ONCE)
             waiting.append((level + 1, left[part], right[part]))
-
-
-def _curve(centres: Floats) -> Ints:
-    """Place of each centre (m, 3) along a Morton curve."""
-    low, extent = centres.min(axis=0), np.ptp(centres, axis=0).max()
-    cells = ((centres - low) / (extent or 1.0) * (_CELLS - 1)).astype(np.int64)
-    place = np.zeros(len(centres), dtype=np.int64)
-    for bit in range(_CELLS.bit_length() - 1):
-        for axis in range(3):
-            place |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
-    return place
 
 
 def _levels(low: Floats, high: Floats) -> list[tuple[Floats, Floats]]:

@@ -26,27 +26,30 @@ class ClosestNormals:
         self._uses = uses
         self._mesh = uses.mesh
 
-    def cosines(self, normals: Floats, closest: ClosestPoints) -> Floats:
-        """Largest |n·n'| over the triangles equally close to each point, (k,).
+    def chords(self, normals: Floats, closest: ClosestPoints) -> Floats:
+        """Smallest ‖n ∓ n'‖ over the triangles equally close to each point, (k,).
+
+        It is 2 sin(α/2) of the angle between the normals' lines, and keeps the digits of a
+        small angle that their cosine loses.
 
         Args:
             normals: (k, 3) unit normals at the points searched from.
             closest: what the search found.
         """
         mesh, faces = self._mesh, closest.faces
-        best = np.abs(row_dot(normals, mesh.face_normals[faces]))
+        best = _chords(normals, mesh.face_normals[faces])
         away = barycentric_weights(closest.points, mesh, faces) < _ON_SIDE
         on_edge, on_vertex = (np.flatnonzero(away.sum(axis=1) == count) for count in (1, 2))
         # The side opposite a face's corner begins at the next one.
         side = (np.argmax(away[on_edge], axis=1) + 1) % 3
         edges = self._uses.side_edges[side * len(mesh.faces) + faces[on_edge]]
-        self._raise_to_best(best, on_edge, normals, self._around_edges, edges)
+        self._lower_to_best(best, on_edge, normals, self._around_edges, edges)
         corner = np.argmin(away[on_vertex], axis=1)
         vertices = mesh.faces[faces[on_vertex], corner]
-        self._raise_to_best(best, on_vertex, normals, self._around_vertices, vertices)
+        self._lower_to_best(best, on_vertex, normals, self._around_vertices, vertices)
         return best
 
-    def _raise_to_best(
+    def _lower_to_best(
         self, best: Floats, points: Ints, normals: Floats, around: tuple[Ints, Ints], keys: Ints
     ) -> None:
         starts, faces = around
@@ -54,8 +57,7 @@ class ClosestNormals:
         owners = np.repeat(points, counts)
         within = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
         chosen = faces[np.repeat(starts[keys], counts) + within]
-        found = np.abs(row_dot(normals[owners], self._mesh.face_normals[chosen]))
-        np.maximum.at(best, owners, found)
+        np.minimum.at(best, owners, _chords(normals[owners], self._mesh.face_normals[chosen]))
 
     @cached_property
     def _around_edges(self) -> tuple[Ints, Ints]:
@@ -65,6 +67,11 @@ class ClosestNormals:
     def _around_vertices(self) -> tuple[Ints, Ints]:
         corners = self._mesh.faces.T.ravel()
         return _grouped(corners, len(self._mesh.vertices), len(self._mesh.faces))
+
+
+def _chords(normals: Floats, others: Floats) -> Floats:
+    sign = np.where(row_dot(normals, others) < 0, -1.0, 1.0)[:, None]
+    return np.asarray(np.linalg.norm(normals - sign * others, axis=1))
 
 
 def _grouped(keys: Ints, count: int, faces: int) -> tuple[Ints, Ints]:

@@ -13,16 +13,19 @@ which has no curvature, adds nothing to it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.spatial import KDTree
 
 from meshcone.quality.edge_uses import EdgeUses
-from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.arrays import Floats, Ints, row_dot
 
 # A ball's radius, relative to the reference's: wide enough to hold some edges of a mesh of
 # a few thousand vertices, narrow enough to stay on one side of most parts.
 BALL_RADIUS = 0.1
 _EDGES_AT_ONCE = 100_000
+_SHORT = 0.5  # radii; edges shorter than that are searched together
 
 
 class CurvatureField:
@@ -55,22 +58,28 @@ class CurvatureField:
         """
         tree = KDTree(points)
         total = np.zeros(len(points))
-        for begin in range(0, len(self._lengths), _EDGES_AT_ONCE):
-            part = slice(begin, begin + _EDGES_AT_ONCE)
-            reach = self._lengths[part] / 2 + radius
-            found = tree.query_ball_point(self._middles[part], reach, return_sorted=False)
-            counts = np.fromiter((len(near) for near in found), dtype=np.int64, count=len(found))
-            edges = begin + np.repeat(np.arange(len(found)), counts)
-            centres = np.concatenate([*found, []]).astype(np.int64)
-            inside = self._inside(edges, points[centres], radius)
-            total += np.bincount(centres, self._angles[edges] * inside, minlength=len(points))
+        for edges in self._by_length(radius):
+            reach = radius + float(self._lengths[edges].max()) / 2
+            middles = KDTree(self._middles[edges])
+            near = tree.sparse_distance_matrix(middles, reach, output_type="ndarray")
+            near = near[near["v"] < radius + self._lengths[edges[near["j"]]] / 2]
+            centres, chosen = near["i"], edges[near["j"]]
+            inside = self._inside(chosen, points[centres], near["v"], radius)
+            total += np.bincount(centres, self._angles[chosen] * inside, minlength=len(points))
         return total / (2 * np.pi * radius**2)
 
-    def _inside(self, edges: np.ndarray, centres: Floats, radius: float) -> Floats:
-        """Length of each edge inside the ball around a centre."""
-        offset = centres - self._middles[edges]
-        along = row_dot(offset, self._directions[edges])
-        half_chord = np.sqrt(np.maximum(radius**2 - row_dot(offset, offset) + along**2, 0))
+    def _by_length(self, radius: float) -> Iterator[Ints]:
+        """Edges in groups, so that one long edge does not widen the search for all."""
+        powers = np.ceil(np.log2(np.maximum(self._lengths / radius, _SHORT)))
+        for power in np.unique(powers):
+            group = np.flatnonzero(powers == power)
+            for begin in range(0, len(group), _EDGES_AT_ONCE):
+                yield group[begin : begin + _EDGES_AT_ONCE]
+
+    def _inside(self, edges: Ints, centres: Floats, distances: Floats, radius: float) -> Floats:
+        """Length of each edge inside the ball around a centre, given how far its middle is."""
+        along = row_dot(centres - self._middles[edges], self._directions[edges])
+        half_chord = np.sqrt(np.maximum(radius**2 - distances**2 + along**2, 0))
         half_edge = self._lengths[edges] / 2
         high = np.minimum(along + half_chord, half_edge)
         low = np.maximum(along - half_chord, -half_edge)

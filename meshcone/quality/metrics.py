@@ -71,13 +71,14 @@ class ClosestTriangles:
 
     Attributes:
         distances: of the samples of each surface, (k,) twice.
-        cosines: absolute cosines of the samples' normals with the triangles', (k,) twice.
+        chords: 2 sin(α/2) of the angles of the samples' normals with the triangles', up to
+            sign, (k,) twice.
         farthest: the distance and place of the sample or vertex farthest from the other
             surface, of each surface. A vertex is where a spike is seen that no sample hits.
     """
 
     distances: tuple[Floats, Floats]
-    cosines: tuple[Floats, Floats]
+    chords: tuple[Floats, Floats]
     farthest: tuple[tuple[float, Floats], tuple[float, Floats]]
 
     @staticmethod
@@ -86,7 +87,7 @@ class ClosestTriangles:
         there, back = _search(surface, reference), _search(reference, surface)
         return ClosestTriangles(
             distances=(there[0], back[0]),
-            cosines=(there[1], back[1]),
+            chords=(there[1], back[1]),
             farthest=(there[2], back[2]),
         )
 
@@ -105,12 +106,12 @@ class ClosestTriangles:
 
     def normal_consistency(self) -> float:
         """Mean absolute cosine between normals."""
-        return float(np.mean([cosines.mean() for cosines in self.cosines]))
+        return float(np.mean([np.mean(1 - chords**2 / 2) for chords in self.chords]))
 
     def normal_deviation_deg(self) -> float:
         """Mean angle between normals, up to sign."""
-        angles = [np.degrees(np.arccos(cosines.clip(0, 1))).mean() for cosines in self.cosines]
-        return float(np.mean(angles))
+        angles = [2 * np.arcsin((chords / 2).clip(0, 1)).mean() for chords in self.chords]
+        return float(np.degrees(np.mean(angles)))
 
 
 def _search(
@@ -124,7 +125,7 @@ def _search(
     worst = int(np.argmax(distances))
     return (
         found.distances,
-        target.closest_normals.cosines(samples.normals, found),
+        target.closest_normals.chords(samples.normals, found),
         (float(distances[worst]), points[worst]),
     )
 

@@ -107,6 +107,20 @@ class Baselines(_Record):
     laplacian: Metrics = Field(description="ten half steps to the mean of the neighbours")
 
 
+class WorstPoint(_Record):
+    """A point of one surface that lies far from the other.
+
+    Where the source was aligned, this is in the place it was brought to.
+    """
+
+    on: Literal["mesh", "reference"] = Field(description="the surface it is a point of")
+    position: tuple[float, float, float] = Field(description="model units")
+    closest: tuple[float, float, float] = Field(
+        description="the closest point of the other surface, model units"
+    )
+    distance: float = Field(description="between the two, relative to the radius")
+
+
 class Quality(_Record):
     """The metric set of input, refined mesh and floor, under one sampling."""
 
@@ -114,4 +128,8 @@ class Quality(_Record):
     refined: Metrics | None = Field(None, description="absent where nothing was refined")
     floor: Metrics
     baselines: Baselines | None = Field(None, description="absent unless asked for")
+    worst_points: tuple[WorstPoint, ...] = Field(
+        description="up to ten places where refined mesh, or input, and reference are farthest "
+        "apart, the worst first"
+    )
     conventions: Conventions

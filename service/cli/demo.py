@@ -39,7 +39,8 @@ def command(
     from service.demo.display import Display
     from service.demo.interruption import interruptible
     from service.demo.session import run_session
-    from service.demo.summary import metrics_table, summary_lines
+    from service.demo.summary import summary_lines
+    from service.metrics_table import metrics_table
 
     _make_directory(out)
     console = Console()

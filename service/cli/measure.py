@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.arguments import Assignments, Reference, Source, options_from
 from service.cli.local_files import read_local
+
+if TYPE_CHECKING:
+    from meshcone.report import MeasureReport
+
+_AGREEMENT = {
+    "indistinguishable": "the surface lies on the reference, as closely as files store positions",
+    "different": "the surface does not lie on the reference",
+}
 
 
 def command(
@@ -26,15 +33,27 @@ def command(
     report = measure(source_file, reference_file, options)
     if as_json:
         typer.echo(report.model_dump_json(indent=2))
-        return
-    for key, value in _numbers(report.model_dump(mode="json")["quality"]["input"]):
-        typer.echo(f"{key:<36} {value:.6g}")
+    else:
+        _print_table(report)
 
 
-def _numbers(section: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
-    """Every number of a nested section, by its dotted key."""
-    for name, value in section.items():
-        if isinstance(value, Mapping):
-            yield from _numbers(value, f"{prefix}{name}.")
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            yield prefix + name, float(value)
+def _print_table(report: MeasureReport) -> None:
+    from rich.console import Console
+
+    from service.metrics_table import metrics_table
+
+    document = report.model_dump(mode="json")
+    sampling = document["quality"]["conventions"]
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(metrics_table(document))
+    radius = f"radius         {report.frame.radius:.6g} in the unit of the files"
+    seeds = sampling["metrics"]["chamfer"]
+    lines = [
+        radius,
+        f"sampling       {seeds['samples']:,} points each, {sampling['sampling']}, "
+        f"seeds {seeds['seed']} and {seeds['reference_seed']}",
+        f"outcome        {report.outcome}: {_AGREEMENT[report.outcome]}",
+        *(f"warning        {warning}" for warning in report.warnings),
+    ]
+    for line in lines:
+        console.print(line, markup=False)

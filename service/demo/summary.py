@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
-_ZERO = 1e-12  # the rounding of distances that are zero
+from service.metrics_table import ROUNDING
 
 _OUTCOMES = {
     "improved": "the refined surface lies {times:.0f} times closer to the reference than the input",
@@ -20,30 +16,13 @@ _OUTCOMES = {
 }
 
 
-def metrics_table(report: dict[str, Any]) -> Table:
-    """One row for each metric: input, refined, floor, and refined over input."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("metric")
-    for heading in ("input", "refined", "floor", "refined / input"):
-        table.add_column(heading, justify="right")
-    quality = report["quality"]
-    refined, floor = dict(_leaves(quality["refined"])), dict(_leaves(quality["floor"]))
-    for name, before in _leaves(quality["input"]):
-        after = refined[name]
-        ratio = f"{after / before:.3f}" if before > _ZERO else "-"
-        table.add_row(name, _number(before), _number(after), _number(floor[name]), ratio)
-    return table
-
-
 def summary_lines(report: dict[str, Any]) -> list[str]:
     """What was solved and proved, how long each stage took, and the outcome in words."""
     solver = report["solver"]
     rounds = solver["rounds"]
     methods = Counter(record["method"] for record in rounds)
-    stages = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["timings"].items())
+    seconds = {name: spent for name, spent in report["timings"].items() if name != "metrics"}
+    stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in seconds.items())
     return [
         f"rounds         {len(rounds)} with the setting '{solver['candidate']}': "
         + ", ".join(f"{count} by {method}" for method, count in methods.items()),
@@ -86,17 +65,4 @@ def _in_words(report: dict[str, Any]) -> str:
     before, after = (
         report["quality"][name]["point_to_surface"]["mean"] for name in ("input", "refined")
     )
-    return _OUTCOMES[report["outcome"]].format(times=before / max(after, _ZERO))
-
-
-def _leaves(metrics: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
-    """Every number with its dotted name, as gates name it."""
-    for name, value in metrics.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{prefix}{name}.")
-        elif isinstance(value, int | float):
-            yield prefix + name, float(value)
-
-
-def _number(value: float) -> str:
-    return "0" if abs(value) < _ZERO else f"{value:.3g}"
+    return _OUTCOMES[report["outcome"]].format(times=before / max(after, ROUNDING))

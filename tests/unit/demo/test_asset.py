@@ -58,7 +58,7 @@ def triangles(data: bytes, primitive: int) -> np.ndarray:
 
 
 def test_jug_is_watertight_once_its_seams_are_welded(reference: bytes) -> None:
-    validity = inspect(surface(reference))
+    validity = inspect(surface(reference), 100_000)
     assert validity.watertight
     assert validity.degenerate_faces == 0
     assert validity.components == 2
@@ -114,7 +114,7 @@ def test_noise_has_the_stated_size(reference: bytes, source: bytes) -> None:
 
 
 def test_noise_opens_no_seam(source: bytes) -> None:
-    assert inspect(surface(source)).watertight
+    assert inspect(surface(source), 100_000).watertight
 
 
 @pytest.mark.parametrize("primitive", [0, 1])

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from service.demo.summary import metrics_table, summary_lines
+from service.demo.summary import summary_lines
+from service.metrics_table import metrics_table
 
 
 def report(outcome: str = "improved") -> dict[str, Any]:
@@ -46,7 +47,7 @@ def report(outcome: str = "improved") -> dict[str, Any]:
             "active": {"edge_cap": 7, "pin": 832},
             "optimum": {"primal": 0.0, "dual": 1e-7, "gap": 3e-9, "complementarity": 0.0},
         },
-        "timings": {"solve": 1.234, "total": 2.0},
+        "timings": {"solve": 1.234, "total": 2.0, "metrics": {"emd": 0.1}},
     }
 
 

@@ -1,0 +1,63 @@
+"""Where a mesh and its reference are farthest apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.quality.records import WorstPoint
+from meshcone.quality.sampled import SampledSurface
+from meshcone.surface import Frame
+from meshcone.surface.arrays import Floats
+
+COUNT = 10
+# Points nearer to each other than this share of the radius are one place.
+SPACING = 0.05
+# What is nearer to the other surface is there, up to rounding.
+_NOTHING = 1e-9
+
+
+def worst_points(
+    surface: SampledSurface, reference: SampledSurface, frame: Frame
+) -> tuple[WorstPoint, ...]:
+    """Find the places that are farthest from the other surface, the worst first.
+
+    Candidates are the samples and vertices of both, as for ``point_to_surface.max``, whose
+    place is the first of the answer. Of candidates within 5 % of the radius only the worst
+    counts: ten points on one spike would say no more than one.
+
+    Args:
+        surface: the judged mesh, in the frame.
+        reference: in the frame.
+        frame: that leads back to model units.
+
+    Returns:
+        At most ten points; fewer where the surfaces agree everywhere else.
+    """
+    (there, found), (back, found_back) = _ends(surface, reference), _ends(reference, surface)
+    points, closest = np.concatenate([there, back]), np.concatenate([found, found_back])
+    distances = np.linalg.norm(points - closest, axis=1)
+    left = distances.copy()
+    worst: list[WorstPoint] = []
+    while len(worst) < COUNT and left[index := int(np.argmax(left))] > _NOTHING:
+        worst.append(
+            WorstPoint(
+                on="mesh" if index < len(there) else "reference",
+                position=_triple(frame.out_of(points[index])),
+                closest=_triple(frame.out_of(closest[index])),
+                distance=float(distances[index]),
+            )
+        )
+        left[np.linalg.norm(points - points[index], axis=1) < SPACING] = 0
+    return tuple(worst)
+
+
+def _ends(surface: SampledSurface, target: SampledSurface) -> tuple[Floats, Floats]:
+    """Samples and vertices of a surface, (k, 3), and their closest points on the other."""
+    mesh = surface.mesh
+    points = np.concatenate([surface.samples.points, mesh.vertices[mesh.used_vertices]])
+    return points, target.tree.closest(points).points
+
+
+def _triple(point: Floats) -> tuple[float, float, float]:
+    x, y, z = map(float, point)
+    return (x, y, z)
