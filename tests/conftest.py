@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from meshcone.files import MeshFile
 from service.client import Client
@@ -15,6 +16,11 @@ from tests.skips import pytest_runtest_makereport
 from worker.settings import WorkerSettings
 
 __all__ = ["pytest_runtest_makereport"]
+
+# Chosen by --hypothesis-profile; an example may take as long as a busy machine needs.
+settings.register_profile("suite", deadline=None)
+settings.register_profile("fuzz", deadline=None, max_examples=10_000)
+settings.load_profile("suite")
 
 
 @pytest.fixture(scope="session")

@@ -49,6 +49,8 @@ def recompute_normals(
     Returns:
         (s, 3) unit normals, meaningful where the second, (s,), says a new one is due.
     """
+    if len(weld) == 0:
+        return stored.copy(), np.zeros(0, dtype=bool)
     usable = (weld >= 0) & np.isfinite(stored).all(axis=1)
     members = np.flatnonzero(usable)
     numbers, firsts = group_equal_rows(np.column_stack([weld[members], stored[members]]))

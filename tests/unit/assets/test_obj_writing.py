@@ -151,6 +151,11 @@ def test_normals_can_be_kept():
     assert vectors(after, b"vn") == vectors(cube_obj(), b"vn")
 
 
+def test_normals_no_face_uses_stay():
+    asset = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1 2 3\n")
+    assert b"\nvn 0 0 1\nf 1 2 3\n" in asset.patched(asset.vertices * 2 + 1)
+
+
 def test_a_malformed_normal_stays_as_it_is():
     asset = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn nan 0 -1.#IND\nf 1//1 2//1 3//1\n")
     assert b"\nvn nan 0 -1.#IND\n" in asset.patched(asset.vertices * 2 + 1)
