@@ -30,7 +30,7 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
             pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
         scorer = Scorer(pair.source, pair.reference, options)
-        quality = scorer.quality(refined=None)
+        quality = scorer.quality(refined=None, frame=pair.frame)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
     report = MeasureReport(
         version=version("meshcone"),

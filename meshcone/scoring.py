@@ -9,8 +9,9 @@ from meshcone.quality.metrics import compare
 from meshcone.quality.records import Baselines, Metrics, Quality
 from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.quality.validity import inspect
+from meshcone.quality.worst_points import worst_points
 from meshcone.stopwatch import Stopwatch
-from meshcone.surface import Mesh
+from meshcone.surface import Frame, Mesh
 
 
 class Scorer:
@@ -39,8 +40,9 @@ class Scorer:
             method=chosen.sampling,
         )
         self._reference = self._sampled(reference, self._reference_seed)
-        self.input = self._score(source)
-        self.floor = self._score(reference)
+        self._judged = self._sampled(source, options.seed)
+        self.input = self._score(self._judged)
+        self.floor = self._score(self._sampled(reference, options.seed))
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -49,15 +51,24 @@ class Scorer:
 
     def refined(self, mesh: Mesh) -> Metrics:
         """Measure the source at other positions; its flipped faces are counted."""
-        return self._score(mesh, before=self._source)
+        self._judged = self._sampled(mesh, self._options.seed)
+        return self._score(self._judged, before=self._source)
 
-    def quality(self, refined: Metrics | None) -> Quality:
-        """Put the metric sets beside the floor, the baselines and the conventions."""
+    def quality(self, refined: Metrics | None, frame: Frame) -> Quality:
+        """Put the metric sets beside the floor, the baselines and the conventions.
+
+        Args:
+            refined: what :meth:`refined` returned; None where nothing was refined.
+            frame: the frame the meshes are in.
+        """
+        with self._watch.stage("worst_points"):
+            worst = worst_points(self._judged, self._reference, frame)
         return Quality(
             input=self.input,
             refined=refined,
             floor=self.floor,
             baselines=self._baselines() if self._options.baselines else None,
+            worst_points=worst,
             conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
         )
 
@@ -66,15 +77,15 @@ class Scorer:
         return self._options.seed + 1
 
     def _baselines(self) -> Baselines:
-        return Baselines(
-            closest_point=self.refined(project(self._source, self._reference.tree)),
-            laplacian=self.refined(smooth(self._source)),
+        closest_point, laplacian = (
+            self._score(self._sampled(mesh, self._options.seed), before=self._source)
+            for mesh in (project(self._source, self._reference.tree), smooth(self._source))
         )
+        return Baselines(closest_point=closest_point, laplacian=laplacian)
 
-    def _score(self, mesh: Mesh, before: Mesh | None = None) -> Metrics:
+    def _score(self, surface: SampledSurface, before: Mesh | None = None) -> Metrics:
         with self._watch.stage("validity"):
-            validity = inspect(mesh, self._options.quality.intersection_pairs, before)
-        surface = self._sampled(mesh, self._options.seed)
+            validity = inspect(surface.mesh, self._options.quality.intersection_pairs, before)
         return compare(surface, self._reference, validity, self._watch)
 
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:

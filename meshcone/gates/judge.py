@@ -155,15 +155,9 @@ class _Comparison:
         return number(value, beside)
 
     def _worst_position(self) -> tuple[float, float, float] | None:
-        if self.key.partition(".")[0] != _DEVIATION:
-            return None
-        quality, frame = self.report.quality, self.report.frame
-        judged = quality.input if quality.refined is None else quality.refined
-        x, y, z = (
-            centre + frame.radius * share
-            for centre, share in zip(frame.centre, judged.point_to_surface.max_at, strict=True)
-        )
-        return (x, y, z)
+        worst = self.report.quality.worst_points
+        is_deviation = self.key.partition(".")[0] == _DEVIATION
+        return worst[0].position if is_deviation and worst else None
 
 
 def _at_most(value: float, limit: float) -> bool:

@@ -11,7 +11,7 @@ from meshcone.surface.arrays import Floats
 
 COUNT = 10
 # Points nearer to each other than this share of the radius are one place.
-SPACING = 0.05
+SPACING = 0.1
 # What is nearer to the other surface is there, up to rounding.
 _NOTHING = 1e-9
 
@@ -22,8 +22,8 @@ def worst_points(
     """Find the places that are farthest from the other surface, the worst first.
 
     Candidates are the samples and vertices of both, as for ``point_to_surface.max``, whose
-    place is the first of the answer. Of candidates within 5 % of the radius only the worst
-    counts: ten points on one spike would say no more than one.
+    place is the first of the answer. Of candidates within a tenth of the radius only the
+    worst counts: ten points on one spike would say no more than one.
 
     Args:
         surface: the judged mesh, in the frame.

@@ -23,8 +23,8 @@ def quality(vertices: np.ndarray, faces: np.ndarray) -> Quality:
 
 
 def test_each_spike_is_found_once_and_the_highest_first() -> None:
-    vertices, faces = shapes.sphere(3, RADIUS)
-    spikes = {10: 0.3, 60: 0.5, 200: 0.4}  # vertices and heights in model units
+    vertices, faces = shapes.sphere(4, RADIUS)  # whose faces are small, and spikes thin
+    spikes = {10: 0.12, 60: 0.2, 200: 0.16}  # vertices and heights in model units
     for vertex, height in spikes.items():
         vertices[vertex] *= 1 + height / RADIUS
 
@@ -33,7 +33,7 @@ def test_each_spike_is_found_once_and_the_highest_first() -> None:
     for found, vertex in ((first, 60), (second, 200), (third, 10)):
         assert found.on == "mesh"
         assert found.position == pytest.approx(tuple(vertices[vertex]), abs=1e-6)
-        assert found.distance * RADIUS == pytest.approx(spikes[vertex], rel=0.02)
+        assert found.distance * RADIUS == pytest.approx(spikes[vertex], rel=0.05)
 
 
 def test_what_the_mesh_lacks_is_a_point_of_the_reference() -> None:
@@ -55,7 +55,7 @@ def test_the_worst_is_the_place_of_the_largest_deviation() -> None:
     distance = np.linalg.norm(np.subtract(worst.position, worst.closest)) / RADIUS
     assert worst.distance == pytest.approx(largest.max)
     assert worst.distance == pytest.approx(distance)
-    assert np.array(worst.position) / RADIUS == pytest.approx(np.array(largest.max_at), abs=1e-9)
+    assert np.array(worst.position) / RADIUS == pytest.approx(np.array(largest.max_at), abs=1e-8)
 
 
 def test_ten_places_are_apart_from_each_other() -> None:
