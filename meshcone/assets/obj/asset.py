@@ -98,7 +98,7 @@ class ObjAsset(Asset):
         replace_vectors(
             lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], style
         )
-        if policy.normals == "recompute" and len(lines.normals):
+        if policy.normals == "recompute" and (self._corner_normals >= 0).any():
             self._write_normals(lines, vertices, policy.selected)
         return b"".join(lines.raw)
 
@@ -125,6 +125,8 @@ class ObjAsset(Asset):
         corner_vertices = self._surface.triangles[self._surface.kept]
         corner_normals = self._corner_normals[self._surface.kept]
         has_normal = corner_normals >= 0
+        if not has_normal.any():  # only faces without area have normals
+            return stored, np.zeros(len(stored), dtype=bool)
         keys = corner_vertices * len(stored) + corner_normals
         pairs, inverse = np.unique(keys[has_normal], return_inverse=True)
         corners = np.full(corner_normals.shape, -1, dtype=np.int64)
