@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_args
+from typing import get_args, get_origin
 
 import pytest
 from pydantic import BaseModel
 
 from meshcone.assets import Limits
+from meshcone.gates.rules import BOUNDS, GateRule
 from meshcone.options import Options
 from meshcone.quality.records import Metrics, Validity
 from service.settings import ServiceSettings
@@ -29,7 +30,9 @@ def option_rows(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
 
 
 def section_of(annotation: object) -> type[BaseModel] | None:
-    """The model an option is, or can be."""
+    """The model an option is, or can be; a table's entries are documented elsewhere."""
+    if get_origin(annotation) is dict:
+        return None
     for kind in (annotation, *get_args(annotation)):
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             return kind
@@ -61,3 +64,10 @@ def test_every_setting_is_documented_with_its_default(row: str) -> None:
 @pytest.mark.parametrize("name", [*Metrics.model_fields, *Validity.model_fields])
 def test_every_metric_is_defined(name: str) -> None:
     assert f"`{name}" in (DOCS / "metrics.md").read_text()
+
+
+@pytest.mark.parametrize("name", BOUNDS)
+def test_every_bound_of_a_gate_is_documented(name: str) -> None:
+    row = f"| `{name}` | {GateRule.model_fields[name].description} |"
+
+    assert row in (DOCS / "gates.md").read_text().splitlines()

@@ -1,0 +1,142 @@
+"""The files that other people's CI reads, and the examples in docs/ci.md and docs/gates.md."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from ruamel.yaml import YAML
+
+from meshcone.gates.files import parse_gate_file
+from meshcone.options import parse_options_json
+from service.gating.pairs import read_manifest
+from tests import shapes
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+SCHEMAS = files("check_jsonschema") / "builtin_schemas" / "vendor"
+
+
+def validate(document: Any, schema: str) -> None:
+    definition = json.loads((SCHEMAS / f"{schema}.json").read_text())
+    jsonschema.validators.validator_for(definition)(definition).validate(document)
+
+
+def loaded(text: str) -> Any:
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def examples(document: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", (DOCS / document).read_text(), re.M | re.S)
+
+
+@pytest.fixture(scope="module")
+def action() -> Any:
+    return loaded((ROOT / "action.yml").read_text())
+
+
+def test_the_action_is_one(action: Any) -> None:
+    validate(action, "github-actions")
+
+
+def test_the_actions_inputs_are_those_it_uses_and_those_that_are_documented(action: Any) -> None:
+    used = set(re.findall(r"inputs\.([\w-]+)", (ROOT / "action.yml").read_text()))
+    text = (DOCS / "ci.md").read_text()
+
+    assert used == set(action["inputs"])
+    assert all(f"`{name}`" in text for name in action["inputs"])
+
+
+@pytest.mark.parametrize(
+    "inputs", [{"source": "-ball.obj", "reference": "b.obj"}, {"manifest": "m"}]
+)
+def test_the_action_gates_what_its_inputs_name(
+    action: Any, tmp_path: Path, inputs: dict[str, str]
+) -> None:
+    ball = shapes.obj(*shapes.sphere(1))
+    for name in ("-ball.obj", "b.obj"):
+        (tmp_path / name).write_bytes(ball)
+    (tmp_path / "g.toml").write_text("gates.'validity.watertight'.equals = true")
+    (tmp_path / "m").write_text('[[pairs]]\nsource = "-ball.obj"\nreference = "b.obj"')
+    # What the step before installs there, here this checkout.
+    program = tmp_path / "meshcone" / "bin" / "meshcone"
+    program.parent.mkdir(parents=True)
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m service.cli "$@"\n')
+    program.chmod(0o755)
+
+    finished = run_step(action, tmp_path, {"gates": "g.toml", "jobs": "1", **inputs})
+
+    assert (finished.returncode, finished.stderr) == (0, "")
+    written = {path.name for path in tmp_path.glob("meshcone-gate.*")}
+    assert written == {"meshcone-gate.json", "meshcone-gate.xml", "meshcone-gate.sarif"}
+
+
+def run_step(
+    action: Any, directory: Path, given: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
+    """Run the action's last step as the runner does, with defaults for what is not given."""
+    step = action["runs"]["steps"][-1]
+    values = {name: str(each.get("default", "")) for name, each in action["inputs"].items()}
+    values |= given
+    variables = {
+        variable: values[re.fullmatch(r"\$\{\{ inputs\.([\w-]+) \}\}", text)[1]]
+        for variable, text in step["env"].items()
+    }
+    return subprocess.run(
+        ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
+        cwd=directory,
+        env={**os.environ, **variables, "RUNNER_TEMP": str(directory)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def test_the_hook_has_what_pre_commit_asks_for() -> None:
+    [hook] = loaded((ROOT / ".pre-commit-hooks.yaml").read_text())
+    example = next(text for text in examples("ci.md", "yaml") if "repos:" in text)
+
+    assert {"id", "name", "entry", "language"} <= set(hook)
+    assert hook["id"] == loaded(example)["repos"][0]["hooks"][0]["id"]
+    assert re.search(hook["files"], "props/barrel.glb")
+    assert not re.search(hook["files"], "props/barrel.glb.import")
+
+
+@pytest.mark.parametrize(
+    ("marker", "schema"), [("runs-on", "github-workflows"), ("artifacts:", "gitlab-ci")]
+)
+def test_the_example_workflows_are_valid(marker: str, schema: str) -> None:
+    [example] = [text for text in examples("ci.md", "yaml") if marker in text]
+
+    validate(loaded(example), schema)
+
+
+@pytest.mark.parametrize("language", ["csv", "toml"])
+def test_the_example_manifests_are_read(tmp_path: Path, language: str) -> None:
+    [example] = examples("ci.md", language)
+    (tmp_path / f"pairs.{language}").write_text(example)
+
+    assert read_manifest(tmp_path / f"pairs.{language}")[0].name == "props/barrel.glb"
+
+
+def test_the_example_gates_are_read() -> None:
+    [example] = examples("gates.md", "toml")
+
+    file = parse_gate_file("gates.toml", example.encode(), "measure")
+
+    assert "point_to_surface.max" in file.for_asset("hero_knight.glb")
+
+
+def test_the_example_options_of_a_job_are_valid() -> None:
+    [options] = re.findall(r"options='(.*?)'", (DOCS / "ci.md").read_text())
+
+    assert parse_options_json(options).mode == "measure"
