@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import unquote
 
 _COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
-_COMPONENTS = {"SCALAR": 1, "VEC2": 2}
+_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,8 @@ def read_stored(data: bytes, resources: Mapping[str, bytes]) -> Stored:
         data: the file.
         resources: the buffers a glTF names, by their names.
     """
-    if data.startswith(b"glTF"):
-        return _read_document(*_glb_parts(data), resources)
-    if data.lstrip().startswith(b"{"):
-        return _read_document(json.loads(data), b"", resources)
+    if data.startswith(b"glTF") or data.lstrip().startswith(b"{"):
+        return _read_document(*document_and_binary(data), resources)
     lines = [line.split() for line in data.splitlines()]
     return Stored(
         faces=tuple(_without_normals(line) for line in lines if line[:1] == [b"f"]),
@@ -57,16 +55,16 @@ def _without_normals(line: list[bytes]) -> bytes:
 def _read_document(
     document: dict[str, Any], binary: bytes, resources: Mapping[str, bytes]
 ) -> Stored:
-    buffers = [_buffer(entry, binary, resources) for entry in document.get("buffers", [])]
+    buffers = [buffer_bytes(entry, binary, resources) for entry in document.get("buffers", [])]
     primitives = [entry for mesh in document["meshes"] for entry in mesh["primitives"]]
     return Stored(
         faces=tuple(
             bytes([entry.get("mode", 4)])
-            + (_accessor_bytes(document, buffers, entry["indices"]) if "indices" in entry else b"")
+            + (accessor_bytes(document, buffers, entry["indices"]) if "indices" in entry else b"")
             for entry in primitives
         ),
         texture_coordinates=tuple(
-            _accessor_bytes(document, buffers, entry["attributes"][name])
+            accessor_bytes(document, buffers, entry["attributes"][name])
             for entry in primitives
             for name in sorted(entry["attributes"])
             if name.startswith("TEXCOORD_")
@@ -74,7 +72,10 @@ def _read_document(
     )
 
 
-def _glb_parts(data: bytes) -> tuple[dict[str, Any], bytes]:
+def document_and_binary(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON of a glTF or GLB file, and the BIN chunk."""
+    if not data.startswith(b"glTF"):
+        return json.loads(data.removeprefix(b"\xef\xbb\xbf")), b""
     chunks = dict(_glb_chunks(data))
     return json.loads(chunks[b"JSON"]), chunks.get(b"BIN\0", b"")
 
@@ -87,7 +88,8 @@ def _glb_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
         offset += 8 + length
 
 
-def _buffer(entry: dict[str, Any], binary: bytes, resources: Mapping[str, bytes]) -> bytes:
+def buffer_bytes(entry: dict[str, Any], binary: bytes, resources: Mapping[str, bytes]) -> bytes:
+    """A buffer's bytes, wherever they are."""
     uri = entry.get("uri")
     if uri is None:
         return binary
@@ -96,7 +98,8 @@ def _buffer(entry: dict[str, Any], binary: bytes, resources: Mapping[str, bytes]
     return resources[unquote(uri)]
 
 
-def _accessor_bytes(document: dict[str, Any], buffers: list[bytes], index: int) -> bytes:
+def accessor_bytes(document: dict[str, Any], buffers: list[bytes], index: int) -> bytes:
+    """An accessor's elements as stored, without what lies between them or is stored apart."""
     accessor = document["accessors"][index]
     size = _COMPONENTS[accessor["type"]] * _COMPONENT_BYTES[accessor["componentType"]]
     view = document["bufferViews"][accessor["bufferView"]]
