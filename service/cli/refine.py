@@ -35,6 +35,8 @@ def command(
 ) -> None:
     """Refine SOURCE towards REFERENCE."""
     options = options_from(assignments, formulation)
+    if options.mode != "refine":
+        raise InputError("the mode 'measure' is for jobs: use `meshcone measure` here")
     for path in (out, report):
         if path is not None:
             require_writable(path)

@@ -117,6 +117,7 @@ def test_measure_prints_numbers_or_json(directory: Path) -> None:
         (["rough.obj", "ball.obj", "-o", "out.obj", "--set", "seed"], "expected KEY=VALUE"),
         (["rough.obj", "ball.obj", "-o", "out.obj", "--formulation", "x"], "'formulation'"),
         (["rough.obj", "ball.obj", "-o", "out.obj", "--bogus"], "No such option"),
+        (["rough.obj", "ball.obj", "-o", "out.obj", "--set", "mode=measure"], "meshcone measure"),
     ],
 )
 def test_what_cannot_be_refined_is_told_in_one_line_and_leaves_nothing_behind(
