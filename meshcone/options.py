@@ -47,9 +47,9 @@ class SurfaceOptions(_Section):
 
     fairness: tuple[NonNegative, ...] = Field(
         (3.0, 1.0, 0.3, 0.05, 0.01),
-        min_length=1,
         max_length=50,
-        description="weight of the Laplacian in each round; its length is the number of rounds",
+        description="weight of the Laplacian in each round; its length is the number of rounds, "
+        "and without any the source is returned as it was",
     )
     tangential: Positive = Field(
         0.1, description="weight of tangential against normal distance to the reference"
@@ -199,7 +199,10 @@ class QualityOptions(_Section):
         1024, ge=16, le=8192, description="samples per surface for the exact earth mover's distance"
     )
     curvature_samples: int = Field(
-        1024, ge=16, le=1_000_000, description="samples per surface for the curvature error"
+        512,
+        ge=16,
+        le=1_000_000,
+        description="samples per surface for the curvature error, of the others",
     )
     intersection_pairs: int = Field(
         5_000_000,

@@ -132,12 +132,17 @@ class Pair:
     def patched(self, positions: Floats) -> bytes:
         """Write the source file with its vertices at (n, 3) positions in the frame.
 
+        A vertex that is where the frame puts the source's own keeps its coordinates to the
+        last bit, which the way into the frame and back would not.
+
         Raises:
             InputError: the format, or something in this file, cannot be written back.
         """
         model = self.frame.out_of(positions)
         if self.alignment is not None:
             model = transform_points(invert(self.alignment.matrix), model)
+        stayed = (positions == self.source.vertices).all(axis=1)
+        model = np.where(stayed[:, None], self.source_asset.vertices, model)
         return self.source_asset.patched(model, self.policy or WritePolicy())
 
     def read_patched(self, data: bytes) -> Asset:

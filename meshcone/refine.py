@@ -42,7 +42,7 @@ class Refinement:
         data: the refined file, in the source's format.
         media_type: its media type.
         report: what was done and how good the result is.
-        certificate: the certificate file, or None where the input was kept.
+        certificate: the certificate file, or None where the input was kept or no round asked for.
     """
 
     name: str
@@ -180,7 +180,7 @@ def _certificate(
 
 def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
     asked = [record.info for record in solved.rounds if record.info is not None]
-    last = solved.rounds[-1].info
+    last = solved.rounds[-1].info if solved.rounds else None
     return SolverReport(
         formulation=options.formulation,
         form=options.centroid.form if options.formulation == "centroid" else "reduced",

@@ -40,7 +40,7 @@ class RefinedPositions:
     Attributes:
         positions: (n, 3) in the reference's frame.
         rounds: what happened in each round.
-        final: the last round's program, or None where the input was kept.
+        final: the last round's program, or None where the input was kept or there was no round.
         candidate: name of the settings that were kept.
         copied_reference: the program was anchored at the reference's own vertices, so its
             answer is a copy of the reference and no refinement.

@@ -60,6 +60,8 @@ class SurfaceRefiner:
         Args:
             on_round: called with the rounds done and the rounds in all.
         """
+        if not self._options.surface.fairness:
+            return RefinedPositions(self._source.vertices, [], None)
         tried = candidates(self._options)
         count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
         best = self._run_one(tried[0], count, scored=len(tried) > 1)
