@@ -72,7 +72,7 @@ def damaged_document(draw: st.DrawFn, document: dict[str, Any]) -> dict[str, Any
         elif action == 2 and isinstance(holder[key], int):
             holder[key] += draw(st.integers(-5, 5))
         else:
-            holder[key] = draw(_VALUES)
+            holder[key] = json.loads(json.dumps(draw(_VALUES)))  # which the next change may reach
     return document
 
 
