@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test check unit openapi validator clean
+.PHONY: demo test check unit fuzz openapi validator clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -22,6 +22,10 @@ check: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest tests/unit
+
+# Damages files at random for minutes: a hundred times what the suite tries.
+fuzz: $(STAMP)
+	$(BIN)/python -m pytest tests/unit/assets/test_fuzz.py --hypothesis-profile=fuzz -o timeout=1800
 
 openapi: $(STAMP)
 	$(BIN)/meshcone openapi
