@@ -18,9 +18,9 @@ from meshcone.assets.gltf.model import Model
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.regions import scene_regions
+from meshcone.assets.gltf.room import make_room
 from meshcone.assets.gltf.shading import write_shading
 from meshcone.assets.gltf.split import split_shared
-from meshcone.assets.gltf.widen import widen_positions
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
 from meshcone.assets.policy import DracoPolicy, WritePolicy
@@ -134,8 +134,8 @@ class GltfAsset(Asset):
         if not moved.any():
             return self._data
         model = self._writable(policy)
-        widened = widen_positions(model, positions, moved)
-        model = self._extended(widened, policy) if widened else model
+        roomier = make_room(model, positions, moved)
+        model = self._extended(roomier, policy) if roomier else model
         editor = BufferEditor(model.accessors)
         model.store_positions(editor, positions, moved)
         if policy.normals == "recompute":

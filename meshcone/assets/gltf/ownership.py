@@ -31,11 +31,11 @@ def check_ownership(document: Document, accessors: Accessors, moving: Moving) ->
 
     Raises:
         InputError: a mesh or accessor is used twice, a node flattens its mesh, positions are
-            also stored compressed or not stored at all, or bytes are shared.
+            also stored compressed, or bytes are shared.
     """
     _check_instances(document, moving.blocks)
     for block in moving.blocks:
-        _check_block(document, accessors, block, moving)
+        _check_transform(document, block)
     for placed in moving.primitives:
         if placed.primitive.compressed:
             raise InputError(
@@ -76,21 +76,13 @@ def _check_instances(document: Document, blocks: list[Block]) -> None:
             )
 
 
-def _check_block(document: Document, accessors: Accessors, block: Block, moving: Moving) -> None:
-    used = moving.rows[block.rows].copy()
+def _check_transform(document: Document, block: Block) -> None:
     node = block.placement.node
     if is_singular(block.placement.matrix):
         raise InputError(
             f"node {node} flattens its mesh: its transform cannot be undone",
             place=document.root.children("nodes")[node].pointer,
         )
-    if block.accessor.dense is None:
-        used[accessors.sparse_rows(block.accessor)] = False
-        if used.any():
-            raise InputError(
-                "some of its positions are zeros that are not stored; store all of them",
-                place=block.accessor.element.pointer,
-            )
 
 
 def _owners(moving: Moving) -> dict[int, Owner]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 Path = tuple[str | int, ...]
 
+_BYTE_ORDER_MARK = "\ufeff"
 _LEXEME = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[{}\[\],:]|[^\s{}\[\],:"]+', re.DOTALL)
 
 
@@ -47,6 +48,8 @@ def change_json(text: str, changes: JsonChanges) -> str:
     Raises:
         KeyError: a path does not exist.
     """
+    if text.startswith(_BYTE_ORDER_MARK):
+        return _BYTE_ORDER_MARK + change_json(text.removeprefix(_BYTE_ORDER_MARK), changes)
     missing = {*changes.replaced, *changes.removed, *changes.added}
     edits: list[tuple[int, int, str]] = []
     for value in _values(text):

@@ -12,7 +12,7 @@ import pytest
 from meshcone.assets import Asset, Limits, WritePolicy, read_asset
 from meshcone.assets.gltf.draco import decoder
 from meshcone.assets.gltf.draco.decoder import DracoData, decode_draco
-from meshcone.errors import InputError, LimitError
+from meshcone.errors import InputError, InternalError, LimitError
 from tests.unit.assets.builders import DRACO, Gltf, chunks, compress, cube_gltf
 
 ENCODE = WritePolicy(draco="encode")
@@ -225,7 +225,8 @@ def test_a_bitstream_that_declares_billions_is_refused_before_it_is_decoded(monk
     ("program", "error", "message"),
     [
         ("import os; os.abort()", InputError, "make the decoder crash"),
-        ("raise MemoryError", LimitError, "more memory"),
+        ("import sys; sys.exit(4)", LimitError, "more memory"),
+        ("import nothing_of_this_name", InternalError, "cannot be run"),
         ("import time; time.sleep(60)", LimitError, "to decode"),
     ],
 )

@@ -60,5 +60,10 @@ def test_a_path_that_is_not_there_is_an_error():
         changed(removed={("z",)})
 
 
+def test_a_byte_order_mark_stays_where_it_is():
+    changes = JsonChanges(added={(): ['"h": 6']}, removed={("a",)})
+    assert change_json("\ufeff" + TEXT, changes) == "\ufeff" + change_json(TEXT, changes)
+
+
 def test_what_is_not_changed_keeps_its_characters():
     assert changed() == TEXT

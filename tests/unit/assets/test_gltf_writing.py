@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from meshcone.assets import WritePolicy, read_asset
-from meshcone.errors import InputError
 from tests.unit.assets.builders import Gltf, chunks, cube_gltf, flat_gltf
 
 moves = arrays(np.float64, (8, 3), elements=st.floats(-3, 3, width=32))
@@ -151,16 +150,32 @@ def test_sparse_positions_are_written_where_they_are_stored():
     assert len(chunks(after)[1]) == len(chunks(sparse_triangle().glb())[1])
 
 
-def test_zeros_that_are_not_stored_cannot_move():
+def sparse_zeros() -> Gltf:
     gltf = sparse_triangle()
     del gltf.json["accessors"][0]["bufferView"], gltf.json["accessors"][0]["byteOffset"]
     gltf.json["accessors"][0]["sparse"] |= {"count": 2}
     gltf.json["accessors"][0]["sparse"]["indices"]["bufferView"] = gltf.view(b"\1\0\2\0")
     values = struct.pack("<6f", 1, 0, 0, 0, 9, 0)
     gltf.json["accessors"][0]["sparse"]["values"]["bufferView"] = gltf.view(values)
+    return gltf
+
+
+def test_zeros_that_are_not_stored_are_when_they_move():
+    gltf = sparse_zeros()
     asset = read(gltf.glb())
-    with pytest.raises(InputError, match="zeros that are not stored"):
-        asset.patched(asset.vertices + 1)
+    data = asset.patched(asset.vertices + 1)
+    assert "sparse" not in chunks(data)[0]["accessors"][0]
+    assert read(data).vertices == pytest.approx(asset.vertices + 1)
+
+
+def test_zeros_that_are_not_stored_may_stay():
+    gltf = sparse_zeros()
+    asset = read(gltf.glb())
+    moved = asset.vertices.copy()
+    moved[2] += 1
+    data = asset.patched(moved)
+    assert "bufferView" not in chunks(data)[0]["accessors"][0]
+    assert read(data).vertices == pytest.approx(moved)
 
 
 def quantized() -> Gltf:

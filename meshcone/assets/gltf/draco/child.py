@@ -10,7 +10,8 @@ import io
 import struct
 import sys
 
-REFUSED = 3  # exit code where the decoder says that a blob is no Draco mesh
+# Exit codes: the decoder says that a blob is no Draco mesh; memory ran out.
+REFUSED, OUT_OF_MEMORY = 3, 4
 
 
 def main() -> int:
@@ -31,10 +32,15 @@ def main() -> int:
             arrays[f"{number}/faces"] = np.asarray(mesh.faces)
         except (DracoPy.FileTypeException, AttributeError, ValueError, RuntimeError):
             return REFUSED
+        except MemoryError:
+            return OUT_OF_MEMORY
         for attribute in mesh.attributes:
             arrays[f"{number}/{attribute['unique_id']}"] = np.asarray(attribute["data"])
     archive = io.BytesIO()
-    np.savez(archive, allow_pickle=False, **arrays)
+    try:
+        np.savez(archive, allow_pickle=False, **arrays)
+    except MemoryError:
+        return OUT_OF_MEMORY
     sys.stdout.buffer.write(archive.getbuffer())
     sys.stdout.buffer.flush()
     return 0

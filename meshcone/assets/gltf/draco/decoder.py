@@ -19,14 +19,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.draco.child import REFUSED
-from meshcone.errors import InputError, LimitError
+from meshcone.assets.gltf.draco.child import OUT_OF_MEMORY, REFUSED
+from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
 
 _CHILD = Path(__file__).with_name("child.py")
 _BASE_MEMORY = 256 << 20  # Python, NumPy and the decoder, idle
 _MEMORY_PER_BYTE = 24  # of decoded data: connectivity, corner tables, and the answer twice
 _BASE_SECONDS = 5
 _BYTES_PER_SECOND = 4 << 20  # a tenth of what it does on a slow machine
+_UNEXPECTED = 1  # exit code of Python where an exception is not caught
 _MAGIC = b"DRACO"
 _MESH = 1
 _SEQUENTIAL, _EDGEBREAKER = 0, 1
@@ -66,6 +67,7 @@ def decode_draco(blobs: Sequence[DracoData]) -> list[DracoMesh]:
     Raises:
         InputError: one is no Draco mesh, or not the one that is declared; or the decoder crashed.
         LimitError: decoding took more memory or time than its declared size explains.
+        InternalError: the decoder is not installed.
     """
     for blob in blobs:
         check_header(blob)
@@ -142,11 +144,13 @@ def _reached(blobs: Sequence[DracoData], progress: bytes) -> str:
     return blobs[max(dots - 1, 0)].place
 
 
-def _failure(code: int, place: str) -> InputError | LimitError:
+def _failure(code: int, place: str) -> MeshConeError:
     if code == REFUSED:
         return InputError("the Draco data are damaged", place=place)
-    if code == 1:  # Python's own: of what can be raised, memory alone is not caught
-        return LimitError("decoding the Draco data takes more memory than their size", place=place)
+    if code == OUT_OF_MEMORY:
+        return LimitError("the Draco data need more memory than their size explains", place=place)
+    if code == _UNEXPECTED:
+        return InternalError("the Draco decoder cannot be run here", place=place)
     return InputError(f"the Draco data make the decoder crash (exit code {code})", place=place)
 
 
