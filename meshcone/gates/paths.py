@@ -8,6 +8,7 @@ are then those of the refined mesh or, where nothing was refined, of the source.
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import NoneType, UnionType
@@ -16,7 +17,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from meshcone.errors import InputError
-from meshcone.gates.rules import GateTable
+from meshcone.gates.rules import Allowed, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.quality.records import Metrics
 from meshcone.report import MeasureReport, Report
@@ -26,11 +27,25 @@ Kind = Literal["number", "truth", "word"]
 Mode = Literal["refine", "measure"]
 
 NOT_TESTED = "not_tested"  # how a report states a value it did not determine, besides null
+_KINDS: Mapping[type, Kind] = {bool: "truth", int: "number", float: "number", str: "word"}
 _ABSENT = object()
 _ANY = "*"  # stands for every key of a section whose keys depend on the job
 _REPORTS: Mapping[Mode, type[BaseModel]] = {"refine": Report, "measure": MeasureReport}
 # Where metrics stand, the refined mesh's first.
 _JUDGED = ("quality.refined", "quality.input")
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a gate can know of a value before there is a report.
+
+    Attributes:
+        kind: what the value is.
+        choices: the words it can be; none where it can be any.
+    """
+
+    kind: Kind
+    choices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,21 +69,22 @@ def require_known(gates: GateTable, mode: Mode) -> None:
     """
     known = known_values(mode)
     for key, rule in gates.items():
-        kind = _kind(known, key)
-        if kind is None:
+        value = _look_up(known, key)
+        if value is None:
             raise InputError(_unknown(key, mode))
-        for bound in rule.bounds():
-            wanted = _fits(key, kind, bound, mode)
+        for bound, allowed in rule.bounds().items():
+            wanted = _wanted(key, value.kind, bound, mode)
             if wanted is not None:
                 raise InputError(f"gate '{key}': '{bound}' is for {wanted}")
+            _require_possible(key, value, allowed)
 
 
 @functools.cache
-def known_values(mode: Mode) -> Mapping[str, Kind]:
-    """Every name a gate can use, with the kind of its value; ``*`` stands for any key."""
+def known_values(mode: Mode) -> Mapping[str, Known]:
+    """Every name a gate can use; ``*`` stands for any key."""
     named = {**dict(_leaves(_REPORTS[mode])), **dict(_leaves(Metrics))}
     # The verdict is not a value it could be about.
-    return {name: kind for name, kind in named.items() if not name.startswith("gates.")}
+    return {name: value for name, value in named.items() if not name.startswith("gates.")}
 
 
 def find(report: BaseModel, key: str) -> Found | None:
@@ -102,17 +118,28 @@ def is_metric(key: str) -> bool:
     return key.partition(".")[0] in Metrics.model_fields
 
 
-def _kind(known: Mapping[str, Kind], key: str) -> Kind | None:
+def _look_up(known: Mapping[str, Known], key: str) -> Known | None:
     return known.get(key) or known.get(f"{key.rpartition('.')[0]}.{_ANY}")
 
 
 def _unknown(key: str, mode: Mode) -> str:
-    if mode == "measure" and _kind(known_values("refine"), key):
+    if mode == "measure" and _look_up(known_values("refine"), key):
         return f"gate '{key}': a report has this only where the mesh was refined"
     return f"unknown gate '{key}'{did_you_mean(key, known_values(mode))}"
 
 
-def _fits(key: str, kind: Kind, bound: str, mode: Mode) -> str | None:
+def _require_possible(key: str, value: Known, allowed: Allowed) -> None:
+    words = allowed if isinstance(allowed, tuple) else (allowed,)
+    for word in words:
+        if value.kind == "truth" and not isinstance(word, bool):
+            raise InputError(f"gate '{key}' is about a yes-or-no value: true or false")
+        possible = word in value.choices if value.choices else isinstance(word, str)
+        if value.kind == "word" and not possible:
+            hint = did_you_mean(str(word), value.choices)
+            raise InputError(f"gate '{key}': the value is never {json.dumps(word)}{hint}")
+
+
+def _wanted(key: str, kind: Kind, bound: str, mode: Mode) -> str | None:
     """Say what a bound is for, if not for this value."""
     if (bound == "equals" and kind == "number") or (bound == "one_of" and kind != "word"):
         return "words and yes-or-no values" if bound == "equals" else "words"
@@ -127,12 +154,12 @@ def _fits(key: str, kind: Kind, bound: str, mode: Mode) -> str | None:
     return None
 
 
-def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Kind]]:
+def _leaves(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Known]]:
     for name, field in model.model_fields.items():
         yield from _leaves_of(field.annotation, prefix + (field.alias or name))
 
 
-def _leaves_of(annotation: Any, path: str) -> Iterator[tuple[str, Kind]]:
+def _leaves_of(annotation: Any, path: str) -> Iterator[tuple[str, Known]]:
     """Names at and below a field; lists have none: their elements have no names."""
     origin = get_origin(annotation)
     if origin is Annotated:
@@ -140,20 +167,16 @@ def _leaves_of(annotation: Any, path: str) -> Iterator[tuple[str, Kind]]:
     elif origin in (Union, UnionType):
         yield from _leaves_of_union(get_args(annotation), path)
     elif origin is Literal:
-        yield path, "word"
+        yield path, Known("word", get_args(annotation))
     elif origin is not None and issubclass(origin, Mapping):
         yield from _leaves_of(get_args(annotation)[1], f"{path}.{_ANY}")
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield from _leaves(annotation, f"{path}.")
-    elif annotation is bool:
-        yield path, "truth"
-    elif annotation in (int, float):
-        yield path, "number"
-    elif annotation is str:
-        yield path, "word"
+    elif annotation in _KINDS:
+        yield path, Known(_KINDS[annotation])
 
 
-def _leaves_of_union(members: tuple[Any, ...], path: str) -> Iterator[tuple[str, Kind]]:
+def _leaves_of_union(members: tuple[Any, ...], path: str) -> Iterator[tuple[str, Known]]:
     stated = [each for each in members if each not in (NoneType, Literal["not_tested"])]
     for member in stated:
         yield from _leaves_of(member, path)
