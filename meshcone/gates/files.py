@@ -140,7 +140,10 @@ def _explain(error: ValidationError) -> str:
     *parents, last = (str(part) for part in first["loc"])
     where = f" in '{'.'.join(parents)}'" if parents else ""
     if first["type"] == "extra_forbidden":
-        return f"unknown key '{last}'{where}{did_you_mean(last, _known_beside(parents))}"
+        hint = did_you_mean(last, _known_beside(parents))
+        if not parents and not hint:
+            hint = "; gates stand in a table [gates]"
+        return f"unknown key '{last}'{where}{hint}"
     return f"'{last}'{where}: {first['msg'].removeprefix('Value error, ').lower()}"
 
 

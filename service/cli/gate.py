@@ -151,7 +151,9 @@ def _show(run: GateRun) -> None:
 
     for asset in run.assets:
         if asset.error is not None:
-            typer.echo(f"meshcone: {' '.join(asset.error.message.split())}", err=True)
+            # A message names a file by its last part, which several pairs may share.
+            whose = f"{asset.name}: " if len(run.assets) > 1 else ""
+            typer.echo(f"meshcone: {whose}{' '.join(asset.error.message.split())}", err=True)
     if len(run.assets) == 1:
         for line in check_lines(run.assets[0]):
             typer.echo(line)

@@ -148,7 +148,7 @@ def test_a_bad_file_does_not_stop_the_others(assets: Path) -> None:
     junit = junitparser.JUnitXml.fromfile(str(assets / "gate.xml"))
     assert finished.returncode == 2
     assert finished.stderr.count("\n") == 2
-    assert "closed_00.obj" in finished.stderr
+    assert "meshcone: props/closed_00.obj: " in finished.stderr
     assert "cannot be read" in finished.stderr
     assert (junit.failures, junit.errors) == (3, 2)
     unusable = [each for each in sarif_results(assets) if each["ruleId"] == "unusable-file"]

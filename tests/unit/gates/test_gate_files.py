@@ -93,6 +93,7 @@ def test_json_says_the_same() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ('"emd" = { max = 1 }', "unknown key 'emd'; gates stand in a table [gates]"),
         ("[gate]", "unknown key 'gate'; did you mean 'gates'?"),
         ("gates.fscore.maxx = 1", "unknown key 'maxx' in 'gates.fscore'; did you mean 'max'?"),
         ("gates.fscor.max = 1", "unknown gate 'fscor'; did you mean 'fscore'?"),
