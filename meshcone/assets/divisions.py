@@ -71,9 +71,8 @@ def select_faces(
 
 
 def _nothing_called(key: str | int, division: Division) -> str:
-    names = list(dict.fromkeys(name for name in division.names.values() if name))
-    shown = ", ".join(f"'{name[:40]}'" for name in names[:_SHOWN])
-    more = ", …" if len(names) > _SHOWN else ""
-    there = f"there are {shown}{more}" if names else "no part that is drawn has a name"
-    wanted = f"the index {key}" if isinstance(key, int) else f"'{key}'"
-    return f"nothing that is drawn has {wanted}; {there}"
+    names = [f"'{name[:40]}'" for name in dict.fromkeys(division.names.values()) if name]
+    known = names or [f"index {index}" for index in division.names]
+    shown = ", ".join(known[:_SHOWN]) + (", …" if len(known) > _SHOWN else "")
+    wanted = f"index {key}" if isinstance(key, int) else f"'{key}'"
+    return f"nothing that is drawn has {wanted}; there are: {shown or 'none'}"

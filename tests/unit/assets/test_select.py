@@ -96,7 +96,7 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are():
     message = refusal(asset, materials=["stele"])
     assert "option 'select.materials': nothing that is drawn has 'stele'" in message
     assert "'paint', 'steel [brushed]'" in message
-    assert "the index 7" in refusal(asset, meshes=[7])
+    assert "index 7" in refusal(asset, meshes=[7])
 
 
 def test_a_division_the_format_has_not_is_refused():

@@ -1,0 +1,74 @@
+"""Files that need a choice, sent to the service."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meshcone.assets import read_asset
+from meshcone.files import MeshFile
+from service.client import Client, ServiceError
+from tests import shapes
+from tests.unit.assets.builders import Gltf, compress
+
+
+@pytest.fixture(scope="module")
+def two_balls() -> Gltf:
+    """A noisy ball at two nodes, named left and right."""
+    vertices, faces = shapes.sphere(2)
+    gltf = Gltf()
+    attributes = {"POSITION": gltf.accessor(shapes.noisy(vertices).astype("f4"))}
+    indices = gltf.accessor(faces.reshape(-1).astype("u2"))
+    mesh = gltf.mesh({"attributes": attributes, "indices": indices}, name="ball")
+    gltf.node(mesh=mesh, name="left")
+    gltf.node(mesh=mesh, name="right", translation=[6, 0, 0])
+    return gltf
+
+
+@pytest.fixture(scope="module")
+def reference() -> MeshFile:
+    vertices, faces = shapes.sphere(3)
+    both = np.concatenate([vertices, vertices + np.array([6, 0, 0])])
+    return MeshFile("two.obj", shapes.obj(both, np.concatenate([faces, faces + len(vertices)])))
+
+
+def test_a_shared_mesh_is_refused_at_once_and_split_where_asked_to(
+    client: Client, two_balls: Gltf, reference: MeshFile
+) -> None:
+    source = MeshFile("two.glb", two_balls.glb())
+
+    with pytest.raises(ServiceError, match="set instances=split"):
+        client.submit(source, reference)
+    options = {"effort": "fast", "instances": "split", "select": {"nodes": ["ri*"]}}
+    job = client.wait(client.submit(source, reference, options).id)
+
+    before, after = (read_asset("", data) for data in (source.data, client.mesh(job.id)))
+    moved = (before.positions != after.positions).any(axis=1)
+    assert not moved[: len(moved) // 2].any()
+    assert moved[len(moved) // 2 :].all()
+
+
+def test_a_part_that_is_not_there_is_refused_at_once(
+    client: Client, two_balls: Gltf, reference: MeshFile
+) -> None:
+    options = {"select": {"materials": ["steel"]}}
+
+    with pytest.raises(ServiceError, match=r"select\.materials.*'steel'"):
+        client.submit(MeshFile("two.glb", two_balls.glb()), reference, options)
+
+
+def test_a_compressed_file_comes_back_plain(client: Client, data_dir: Path, ball: MeshFile) -> None:
+    vertices, faces = shapes.sphere(2)
+    gltf = Gltf()
+    attributes = {"POSITION": gltf.accessor(shapes.noisy(vertices).astype("f4"))}
+    indices = gltf.accessor(faces.reshape(-1).astype("u2"))
+    gltf.node(mesh=gltf.mesh({"attributes": attributes, "indices": indices}))
+    source = MeshFile("draco.glb", compress(gltf).glb())
+
+    job = client.wait(client.submit(source, ball, {"effort": "fast"}).id)
+
+    assert job.state == "succeeded", (data_dir / "service.log").read_text()
+    assert b"KHR_draco" not in client.mesh(job.id)
+    assert any("plain buffers" in words for words in client.report(job.id)["warnings"])
