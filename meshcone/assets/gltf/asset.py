@@ -113,7 +113,8 @@ class GltfAsset(Asset):
             check_encodable(model.compressed.primitives)
         if policy.instances == "split":
             moving = Moving.of(model.scene, self._surface, policy)
-            model = self._extended(split_shared(model.document, model.accessors, moving), policy)
+            split = split_shared(model.document, model.accessors, moving, model.limits)
+            model = self._extended(split, policy)
         check_ownership(
             model.document, model.accessors, Moving.of(model.scene, self._surface, policy)
         )

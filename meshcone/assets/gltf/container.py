@@ -109,9 +109,13 @@ def _chunk_at(data: bytes, offset: int, length: int) -> Chunk:
 
 
 def _check_order(chunks: list[Chunk]) -> None:
-    if chunks[0].kind != _JSON:
-        raise InputError("the first chunk is not JSON", place="byte 12")
-    if any(chunk.kind == _JSON for chunk in chunks[1:]):
-        raise InputError("the file has more than one JSON chunk")
-    if any(chunk.kind == _BIN for chunk in chunks[2:]):
-        raise InputError("a BIN chunk can only be the second chunk")
+    offset = _HEADER.size
+    for number, chunk in enumerate(chunks):
+        place = f"byte {offset}"
+        if number == 0 and chunk.kind != _JSON:
+            raise InputError("the first chunk is not JSON", place=place)
+        if number > 0 and chunk.kind == _JSON:
+            raise InputError("the file has more than one JSON chunk", place=place)
+        if number > 1 and chunk.kind == _BIN:
+            raise InputError("a BIN chunk can only be the second chunk", place=place)
+        offset += _CHUNK.size + len(chunk.data)

@@ -14,6 +14,7 @@ from meshcone.assets.gltf.buffers import Buffers, encode_data_uri
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
+from meshcone.assets.limits import Limits
 
 # Offsets shift by multiples of this, so that whatever was aligned stays aligned.
 _ALIGNMENT = 8
@@ -39,9 +40,11 @@ class Draft:
     removed, and what a buffer view holds replaced. ``finish`` makes all of it at once.
     """
 
-    def __init__(self, document: Document, buffers: Buffers) -> None:
+    def __init__(self, document: Document, buffers: Buffers, limits: Limits) -> None:
         self._document = document
         self._buffers = buffers
+        self._limits = limits
+        self._json_bytes = len(document.text)
         self._members: dict[Path, object] = {}
         self._removed: set[Path] = set()
         self._entries: dict[str, list[dict[str, Any]]] = defaultdict(list)
@@ -58,9 +61,19 @@ class Draft:
         self._removed.add(path)
 
     def append(self, array: str, value: dict[str, Any]) -> int:
-        """Append an object to an array of the root; returns its index."""
+        """Append an object to an array of the root; returns its index.
+
+        Raises:
+            LimitError: the document grows larger than one may be that is sent.
+        """
+        self.reserve(len(json.dumps(value)))
         self._entries[array].append(value)
         return len(self._document.root.children(array)) + len(self._entries[array]) - 1
+
+    def reserve(self, json_bytes: int) -> None:
+        """Count text that will be added. Raises as ``append`` does."""
+        self._json_bytes += json_bytes
+        self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
 
     def store(self, buffer: int, data: bytes, members: dict[str, Any]) -> int:
         """Append bytes to a buffer, as a new buffer view.

@@ -30,7 +30,9 @@ class Compressed:
 
     def to_bytes(self, plain: Model, editor: BufferEditor) -> bytes:
         """The file with what an editor has changed of its plain form, compressed again."""
-        document, buffers = deflate(self.document, self.buffers, self.primitives, editor)
+        document, buffers = deflate(
+            self.document, self.buffers, self.primitives, editor, plain.limits
+        )
         accessors = Accessors(document, buffers, plain.limits)
         again = replay(editor, accessors, bitstream_accessors(self.primitives))
         return write_file(plain.container, document, buffers, again)

@@ -41,7 +41,7 @@ def make_room(
     Returns:
         The document and its buffers, or None if all values have their place.
     """
-    draft = Draft(model.document, model.accessors.buffers)
+    draft = Draft(model.document, model.accessors.buffers, model.limits)
     placed: set[int] = set()
     for block in model.scene.blocks:
         accessor = block.accessor

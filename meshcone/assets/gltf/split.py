@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from collections import defaultdict
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
@@ -15,10 +16,11 @@ from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.moving import Moving
+from meshcone.assets.limits import Limits
 
 
 def split_shared(
-    document: Document, accessors: Accessors, moving: Moving
+    document: Document, accessors: Accessors, moving: Moving, limits: Limits
 ) -> tuple[Document, Buffers] | None:
     """Copy what cannot move in one place without moving in another.
 
@@ -29,8 +31,11 @@ def split_shared(
 
     Returns:
         The document and its buffers, or None if nothing is shared.
+
+    Raises:
+        LimitError: the copies are more than ``limits`` accept.
     """
-    draft = Draft(document, accessors.buffers)
+    draft = Draft(document, accessors.buffers, limits)
     meshes = _copy_meshes(draft, document, moving)
     claims = _Claims(document, accessors, meshes, moving)
     copies: dict[tuple[Hashable, int], int] = {}
@@ -76,6 +81,7 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
             users[mesh].append(index)
     meshes: dict[int, _NodeMesh] = {}
     kept = {mesh for mesh, nodes in users.items() if any(n not in mesh_of_node for n in nodes)}
+    sizes: dict[int, int] = {}
     appended = len(elements)
     for moving_node, mesh in mesh_of_node.items():
         element = elements[mesh]
@@ -85,6 +91,9 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
                 moving_node, mesh, element.value, element.pointer, is_copy=False
             )
             continue
+        if mesh not in sizes:
+            sizes[mesh] = len(json.dumps(element.value))
+        draft.reserve(sizes[mesh])  # before it is copied: one mesh can be large, its users many
         value = copy.deepcopy(element.value)
         meshes[moving_node] = _NodeMesh(moving_node, appended, value, element.pointer, is_copy=True)
         draft.put(("nodes", moving_node, "mesh"), appended)

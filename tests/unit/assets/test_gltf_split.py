@@ -7,8 +7,8 @@ import copy
 import numpy as np
 import pytest
 
-from meshcone.assets import Asset, WritePolicy, read_asset
-from meshcone.errors import InputError
+from meshcone.assets import Asset, Limits, WritePolicy, read_asset
+from meshcone.errors import InputError, LimitError
 from meshcone.options import parse_options
 from tests.unit.assets.builders import Gltf, chunks, cube_gltf
 
@@ -141,6 +141,16 @@ def test_only_a_selected_node_is_split_off():
     after, binary = chunks(asset.patched(drift(asset), asset.policy(options)))
     assert [node["mesh"] for node in after["nodes"]] == [0, 1]
     assert binary[: len(gltf.binary)] == gltf.binary
+
+
+def test_copies_count_against_the_limit_on_json():
+    gltf = cube_gltf()
+    gltf.json["meshes"][0]["extras"] = "x" * 50_000
+    for _ in range(99):
+        gltf.node(mesh=0)
+    asset = read_asset("mesh.glb", gltf.glb(), limits=Limits(json_bytes=10**6))
+    with pytest.raises(LimitError, match="JSON after copying"):
+        asset.ensure_writable(SPLIT)
 
 
 def test_the_report_can_say_what_was_split():

@@ -24,7 +24,7 @@ from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
 
 _CHILD = Path(__file__).with_name("child.py")
 _BASE_MEMORY = 256 << 20  # Python, NumPy and the decoder, idle
-_MEMORY_PER_BYTE = 24  # of decoded data: connectivity, corner tables, and the answer twice
+_MEMORY_PER_BYTE = 8  # of what goes in and comes out; half of it was enough in every trial
 _BASE_SECONDS = 5
 _BYTES_PER_SECOND = 4 << 20  # a tenth of what it does on a slow machine
 _UNEXPECTED = 1  # exit code of Python where an exception is not caught

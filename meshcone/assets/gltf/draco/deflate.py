@@ -23,6 +23,7 @@ from meshcone.assets.gltf.document import DRACO, Document
 from meshcone.assets.gltf.draco.inflate import DracoPrimitive
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.write import BufferEditor
+from meshcone.assets.limits import Limits
 
 POSITION_BITS = 16
 _POSITION = 0  # attribute type in a bitstream
@@ -51,6 +52,7 @@ def deflate(
     buffers: Buffers,
     primitives: list[DracoPrimitive],
     editor: BufferEditor,
+    limits: Limits,
 ) -> tuple[Document, Buffers]:
     """Put changed geometry back into the document it was decompressed from.
 
@@ -59,11 +61,12 @@ def deflate(
         buffers: its buffers.
         primitives: what of it is compressed.
         editor: the changes to its decompressed form, whose accessors have the same indices.
+        limits: those it was read under.
 
     Returns:
         The document with new bitstreams; what is not compressed is not changed in it yet.
     """
-    draft = Draft(document, buffers)
+    draft = Draft(document, buffers, limits)
     of_mesh: dict[int, list[DracoPrimitive]] = defaultdict(list)
     for primitive in primitives:
         of_mesh[primitive.mesh].append(primitive)

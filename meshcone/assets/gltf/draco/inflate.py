@@ -82,7 +82,7 @@ def inflate(
         return document, buffers, []
     accessors = Accessors(document, buffers, limits)
     primitives = draco_primitives(document, accessors)
-    draft = Draft(document, buffers)
+    draft = Draft(document, buffers, limits)
     meshes = _decode(accessors, [p for p in primitives if not p.has_copy], limits)
     _Placing(draft, accessors, meshes).place_all(primitives)
     for primitive in primitives:
