@@ -36,7 +36,7 @@ class Scorer:
         self._sampling = Sampling(
             samples=chosen.samples,
             emd_samples=chosen.emd_samples,
-            curvature_samples=chosen.curvature_samples,
+            curvature_samples=min(chosen.curvature_samples, chosen.samples),
             method=chosen.sampling,
         )
         self._reference = self._sampled(reference, self._reference_seed)

@@ -117,16 +117,14 @@ class ClosestTriangles:
 def _search(
     surface: SampledSurface, target: SampledSurface
 ) -> tuple[Floats, Floats, tuple[float, Floats]]:
-    samples, mesh = surface.samples, surface.mesh
-    found = target.tree.closest(samples.points)
-    vertices = mesh.vertices[mesh.used_vertices]
-    points = np.concatenate([samples.points, vertices])
-    distances = np.concatenate([found.distances, target.tree.closest(vertices).distances])
+    samples = surface.samples
+    found = surface.closest_on(target, first=len(samples.points))
+    distances = surface.closest_on(target).distances
     worst = int(np.argmax(distances))
     return (
         found.distances,
         target.closest_normals.chords(samples.normals, found),
-        (float(distances[worst]), points[worst]),
+        (float(distances[worst]), surface.points[worst]),
     )
 
 
@@ -197,7 +195,7 @@ def _curvatures(
 ) -> tuple[Floats, Floats, float]:
     """Curvatures here and there, and by how many more normals agree than oppose each other."""
     points = surface.curvature_points
-    closest = target.tree.closest(points.points)
+    closest = surface.closest_on(target, first=len(points.points))
     agreeing = np.sign(row_dot(points.normals, target.mesh.face_normals[closest.faces])).sum()
     here = surface.own_curvatures(radius)
     return here, target.curvature.at(closest.points, radius), float(agreeing)

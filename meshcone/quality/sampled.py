@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from meshcone.quality.closest_normals import ClosestNormals
 from meshcone.quality.curvature import CurvatureField
 from meshcone.quality.edge_uses import EdgeUses
-from meshcone.surface import Frame, Mesh, SurfaceSamples, SurfaceTree, sample_surface
+from meshcone.surface import ClosestPoints, Frame, Mesh, SurfaceSamples, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, Ints
 from meshcone.surface.ordering import spatial_order
 from meshcone.surface.sampling import SamplingMethod
@@ -27,7 +27,7 @@ class Sampling:
     Attributes:
         samples: for distances and normals, per surface.
         emd_samples: for the earth mover's distance, per surface.
-        curvature_samples: for the curvature error, per surface.
+        curvature_samples: of those, for the curvature error, per surface; no more than them.
         method: how points are drawn.
     """
 
@@ -56,7 +56,8 @@ class SampledSurface:
         self.mesh = mesh
         self._sampling = sampling
         self._own_curvatures: dict[float, Floats] = {}
-        drawn = max(sampling.samples, sampling.emd_samples, sampling.curvature_samples)
+        self._closest: dict[SampledSurface, ClosestPoints] = {}
+        drawn = max(sampling.samples, sampling.emd_samples)
         self._drawn = sample_surface(in_own_order(mesh), drawn, seed, sampling.method)
 
     @cached_property
@@ -71,8 +72,29 @@ class SampledSurface:
 
     @cached_property
     def curvature_points(self) -> SurfaceSamples:
-        """Samples for the curvature error."""
+        """Samples for the curvature error, the first of the others."""
         return self._first(self._sampling.curvature_samples)
+
+    @cached_property
+    def points(self) -> Floats:
+        """All points that look for the other surface, (k, 3): the samples, then the vertices.
+
+        Vertices no face uses are left out.
+        """
+        mesh = self.mesh
+        return np.concatenate([self.samples.points, mesh.vertices[mesh.used_vertices]])
+
+    def closest_on(self, target: SampledSurface, first: int | None = None) -> ClosestPoints:
+        """Find the closest points of another surface; the search is done once.
+
+        Args:
+            target: the other surface.
+            first: answer for as many of the points only.
+        """
+        if target not in self._closest:
+            self._closest[target] = target.tree.closest(self.points)
+        found = self._closest[target]
+        return ClosestPoints(found.distances[:first], found.faces[:first], found.points[:first])
 
     @cached_property
     def tree(self) -> SurfaceTree:

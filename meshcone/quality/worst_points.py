@@ -33,15 +33,16 @@ def worst_points(
     Returns:
         At most ten points; fewer where the surfaces agree everywhere else.
     """
-    (there, found), (back, found_back) = _ends(surface, reference), _ends(reference, surface)
-    points, closest = np.concatenate([there, back]), np.concatenate([found, found_back])
-    distances = np.linalg.norm(points - closest, axis=1)
+    there, back = surface.closest_on(reference), reference.closest_on(surface)
+    points = np.concatenate([surface.points, reference.points])
+    closest = np.concatenate([there.points, back.points])
+    distances = np.concatenate([there.distances, back.distances])
     left = distances.copy()
     worst: list[WorstPoint] = []
     while len(worst) < COUNT and left[index := int(np.argmax(left))] > _NOTHING:
         worst.append(
             WorstPoint(
-                on="mesh" if index < len(there) else "reference",
+                on="mesh" if index < len(surface.points) else "reference",
                 position=_triple(frame.out_of(points[index])),
                 closest=_triple(frame.out_of(closest[index])),
                 distance=float(distances[index]),
@@ -49,13 +50,6 @@ def worst_points(
         )
         left[np.linalg.norm(points - points[index], axis=1) < SPACING] = 0
     return tuple(worst)
-
-
-def _ends(surface: SampledSurface, target: SampledSurface) -> tuple[Floats, Floats]:
-    """Samples and vertices of a surface, (k, 3), and their closest points on the other."""
-    mesh = surface.mesh
-    points = np.concatenate([surface.samples.points, mesh.vertices[mesh.used_vertices]])
-    return points, target.tree.closest(points).points
 
 
 def _triple(point: Floats) -> tuple[float, float, float]:

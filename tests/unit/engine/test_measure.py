@@ -121,5 +121,5 @@ def test_timings_say_what_the_metrics_took() -> None:
     timings = report(rough(), smooth()).timings
 
     parts = {"sampling", "closest_triangles", "nearest_samples", "curvature_error", "emd"}
-    assert timings.metrics.keys() == parts | {"aspect_ratio", "validity"}
+    assert timings.metrics.keys() >= parts | {"aspect_ratio", "validity"}
     assert sum(timings.metrics.values()) <= timings.quality
