@@ -48,11 +48,11 @@ CASES = [
         r"byte \d+",
         "within a chunk's header",
     ),
-    _chunks("two documents", [(b"JSON", _DOCUMENT)] * 2, None, "more than one JSON chunk"),
+    _chunks("two documents", [(b"JSON", _DOCUMENT)] * 2, "byte 48", "more than one JSON chunk"),
     _chunks(
         "buffer third",
         [(b"JSON", _DOCUMENT), (b"MORE", b""), (b"BIN\0", b"")],
-        None,
+        "byte 56",
         "can only be the second chunk",
     ),
     _chunks("empty document", [(b"JSON", b"")], "line 1, column 1", "malformed"),
