@@ -25,7 +25,7 @@ from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
 from meshcone.assets.policy import DracoPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
-from meshcone.errors import InputError
+from meshcone.errors import InputError, InternalError
 
 
 def read_glb(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
@@ -128,7 +128,10 @@ class GltfAsset(Asset):
                 "what is shared, or out of the range of its integers, is stored anew, which "
                 "cannot be compressed again; set draco=plain"
             )
-        return self._model.rebuilt(*changed)
+        model = self._model.rebuilt(*changed)
+        if not np.array_equal(model.scene.triangles, self._surface.triangles):
+            raise InternalError("copying what is shared has changed the order of the vertices")
+        return model
 
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
         positions, moved = self._scattered(vertices)

@@ -61,19 +61,15 @@ class Draft:
         self._removed.add(path)
 
     def append(self, array: str, value: dict[str, Any]) -> int:
-        """Append an object to an array of the root; returns its index.
+        """Append an object, which may still change, to an array of the root; returns its index.
 
         Raises:
             LimitError: the document grows larger than one may be that is sent.
         """
-        self.reserve(len(json.dumps(value)))
+        self._json_bytes += len(json.dumps(value))
+        self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
         self._entries[array].append(value)
         return len(self._document.root.children(array)) + len(self._entries[array]) - 1
-
-    def reserve(self, json_bytes: int) -> None:
-        """Count text that will be added. Raises as ``append`` does."""
-        self._json_bytes += json_bytes
-        self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
 
     def store(self, buffer: int, data: bytes, members: dict[str, Any]) -> int:
         """Append bytes to a buffer, as a new buffer view.

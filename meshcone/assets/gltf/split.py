@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 from collections import defaultdict
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
@@ -48,9 +47,6 @@ def split_shared(
             copies[key] = copy_apart(draft, accessors, use.accessor)
         use.point_to(draft, copies[key])
     changed = bool(copies) or any(mesh.is_copy for mesh in meshes.values())
-    for mesh in meshes.values():
-        if mesh.is_copy:
-            draft.append("meshes", mesh.value)
     return draft.finish() if changed else None
 
 
@@ -60,7 +56,7 @@ class _NodeMesh:
 
     Attributes:
         index: its index in the new document.
-        value: its JSON; of a copy, the one that will be appended.
+        value: its JSON; of a copy, the one that is appended.
     """
 
     node: int
@@ -81,8 +77,6 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
             users[mesh].append(index)
     meshes: dict[int, _NodeMesh] = {}
     kept = {mesh for mesh, nodes in users.items() if any(n not in mesh_of_node for n in nodes)}
-    sizes: dict[int, int] = {}
-    appended = len(elements)
     for moving_node, mesh in mesh_of_node.items():
         element = elements[mesh]
         if mesh not in kept:
@@ -91,13 +85,10 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
                 moving_node, mesh, element.value, element.pointer, is_copy=False
             )
             continue
-        if mesh not in sizes:
-            sizes[mesh] = len(json.dumps(element.value))
-        draft.reserve(sizes[mesh])  # before it is copied: one mesh can be large, its users many
         value = copy.deepcopy(element.value)
+        appended = draft.append("meshes", value)
         meshes[moving_node] = _NodeMesh(moving_node, appended, value, element.pointer, is_copy=True)
         draft.put(("nodes", moving_node, "mesh"), appended)
-        appended += 1
     return meshes
 
 

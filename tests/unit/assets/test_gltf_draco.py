@@ -155,6 +155,13 @@ def test_a_plain_copy_is_what_is_read_and_both_are_written():
     assert read(data).vertices == pytest.approx(asset.vertices + 0.5)
 
 
+def test_a_mention_that_nothing_follows_from_stays():
+    gltf = cube_gltf()
+    gltf.json["extensionsUsed"] = [DRACO]
+    asset = read(gltf.glb())
+    assert chunks(asset.patched(asset.vertices + 1))[0]["extensionsUsed"] == [DRACO]
+
+
 def test_the_report_can_say_what_becomes_of_it():
     asset = read(cube().glb())
     assert "plain buffers" in asset.changes(WritePolicy())[0]

@@ -82,6 +82,8 @@ def inflate(
         return document, buffers, []
     accessors = Accessors(document, buffers, limits)
     primitives = draco_primitives(document, accessors)
+    if not primitives:
+        return document, buffers, []
     draft = Draft(document, buffers, limits)
     meshes = _decode(accessors, [p for p in primitives if not p.has_copy], limits)
     _Placing(draft, accessors, meshes).place_all(primitives)
