@@ -23,7 +23,7 @@ check: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest tests/unit
 
-# Damages files at random for minutes: a hundred times what the suite tries.
+# Damages files at random for minutes: fifty times what the suite tries.
 fuzz: $(STAMP)
 	$(BIN)/python -m pytest tests/unit/assets/test_fuzz.py --hypothesis-profile=fuzz -o timeout=1800
 

@@ -19,7 +19,7 @@ __all__ = ["pytest_runtest_makereport"]
 
 # Chosen by --hypothesis-profile; an example may take as long as a busy machine needs.
 settings.register_profile("suite", deadline=None)
-settings.register_profile("fuzz", deadline=None, max_examples=10_000)
+settings.register_profile("fuzz", deadline=None, max_examples=5_000)
 settings.load_profile("suite")
 
 

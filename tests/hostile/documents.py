@@ -25,6 +25,8 @@ CASES = [
     _input(
         "number of 5,000 digits", b'{"a": ' + b"9" * 5000 + b"}", "line 1, column 7", "found 5,000"
     ),
+    _input("digits and more", b'{"a": ' + b"9" * 5000 + b"x}", "line 1, column 7", "found 5,000"),
+    _input("a constant and more", b'{"a": NaNa}', "line 1, column 7", "found NaN"),
     _input("not UTF-8", b'{"asset": "\xff"}', "byte 11", "not UTF-8"),
     _input("UTF-16", HEAD.decode().encode("utf-16-le"), "byte 0|line 1.*", ""),
     _input(

@@ -39,6 +39,12 @@ def _binary(title: str, faces: bytes, place: str, message: str, length: str = "u
     )
 
 
+def _binary_points(title: str, points: bytes, place: str, message: str) -> Case:
+    data = ply_header(encoding="binary_little_endian").encode() + points
+    data += struct.pack("<B3i", 3, 0, 1, 2)
+    return Case(title, "mesh.ply", constant(data), "input", place, message)
+
+
 def _stl(title: str, data: bytes | str, place: str | None, message: str) -> Case:
     return Case(title, "mesh.stl", constant(data), "input", place, message)
 
@@ -189,6 +195,20 @@ STL = [
     ),
     _limit("facets", "m.stl", "solid\n" + _FACET * 2 + "endsolid", ".*", "2 triangles", faces=1),
 ]
+
+SIGNALLING = struct.pack("<I", 0x7FA00000)
+
+STL.append(
+    _stl(
+        "binary signalling NaN",
+        bytes(80) + b"\1\0\0\0" + bytes(12) + SIGNALLING * 9 + bytes(2),
+        "byte 96",
+        "found nan",
+    )
+)
+PLY.append(
+    _binary_points("signalling NaN", SIGNALLING * 12, r"byte \d+", "found nan"),
+)
 
 OFF = [
     _off("no counts", "OFF\n", "end of the file", "1 line of counts, found 0"),

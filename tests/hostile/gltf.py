@@ -203,6 +203,12 @@ CASES = [
     ),
     _input("an infinite position", _infinite, "/accessors/0", "vertex 0 is not at finite"),
     _input(
+        "a signalling NaN",
+        lambda gltf: gltf.binary.__setitem__(slice(0, 4), b"\0\0\xa0\x7f"),
+        "/accessors/0",
+        "vertex 0 is not at finite",
+    ),
+    _input(
         "an index past the last vertex",
         lambda gltf: gltf.binary.__setitem__(slice(-2, None), b"\x18\0"),
         f"{_PRIMITIVE}/indices",

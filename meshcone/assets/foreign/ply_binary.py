@@ -37,7 +37,8 @@ class BinaryBody:
         """
         table = self._table(element)
         if table is not None:
-            columns = [table[f"f{place}"].astype(np.float64) for place in coordinates]
+            with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
+                columns = [table[f"f{place}"].astype(np.float64) for place in coordinates]
             return np.stack(columns, axis=1)
         positions = np.empty((element.count, 3))
         for number, row in enumerate(self._rows(element)):

@@ -69,7 +69,8 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
     limits.check("faces", count, "triangles", "byte 80")
     limits.check("vertices", 3 * count, "vertices", "byte 80")
     table = np.frombuffer(data, _TRIANGLE, offset=_HEADER)
-    positions = table["corners"].reshape(-1, 3).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
+        positions = table["corners"].reshape(-1, 3).astype(np.float64)
     check_positions(positions, lambda row: f"byte {_HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
     return _soup(positions)
 

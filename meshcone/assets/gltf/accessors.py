@@ -261,7 +261,8 @@ def _element_size(kind: str, component: np.dtype[Any]) -> int:
 
 def decode(stored: NDArray[Any], normalized: bool) -> NDArray[np.float64]:
     """Stored components as numbers (section 3.6.2.2)."""
-    values = stored.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        values = stored.astype(np.float64)
     if not normalized or stored.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(stored.dtype).max, -1.0)

@@ -8,12 +8,14 @@ import re
 from meshcone.errors import InputError
 
 _LEXEME = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"|[{}\[\]:]|[^\s{}\[\],:"]+', re.DOTALL)
-_CONSTANTS = ("NaN", "Infinity", "-Infinity")
+# Only the start of a lexeme: the parser refuses these before it sees what follows.
+_CONSTANT = re.compile(r"NaN|-?Infinity")
 _MOST_DIGITS = 4300  # of a whole number, sys.int_info.default_max_str_digits
+_TOO_LONG = re.compile(rf"-?(\d{{{_MOST_DIGITS + 1},}}+)(?!\.\d|[eE][+-]?\d)")
 
 
 def json_fault(text: str) -> InputError:
-    """Explain what is wrong with JSON of valid structure, at the first fault.
+    """Explain what is wrong with JSON that the parser refused without a place.
 
     Such are constants JSON does not know, whole numbers of thousands of digits, and a name an
     object has twice, which readers differ about (glTF 2.0, "JSON Encoding").
@@ -31,11 +33,11 @@ def json_fault(text: str) -> InputError:
             if name in names[-1]:
                 return _fault(text, start, f"an object has two members '{name[:40]}'")
             names[-1].add(name)
-        elif lexeme in _CONSTANTS:
-            return _fault(text, match.start(), f"expected a number, found {lexeme}")
-        elif len(lexeme) > _MOST_DIGITS and lexeme.lstrip("-").isdigit():
-            found = f"expected a number of at most {_MOST_DIGITS:,} digits, found {len(lexeme):,}"
-            return _fault(text, match.start(), found)
+        elif constant := _CONSTANT.match(lexeme):
+            return _fault(text, match.start(), f"expected a number, found {constant[0]}")
+        elif number := _TOO_LONG.match(lexeme):
+            found = f"a number of at most {_MOST_DIGITS:,} digits, found {len(number[1]):,}"
+            return _fault(text, match.start(), f"expected {found}")
         previous, start = lexeme, match.start()
     raise AssertionError("JSON that was refused has no fault")
 

@@ -11,6 +11,8 @@ from meshcone.errors import MeshConeError
 from tests.hostile import CASES
 from tests.hostile.case import Case
 
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
 
 @pytest.mark.parametrize("case", [c for c in CASES if c.kind != "ok"], ids=str)
 def test_a_hostile_file_is_refused(case: Case) -> None:
