@@ -57,7 +57,8 @@ class Row:
     Attributes:
         note: why it was refused; or ``plain``, ``encode`` for one that Draco compresses.
         source, refined: issues by severity and code.
-        changes: members of the document that differ, by what they are needed for.
+        pointers: members of the document that differ.
+        changes: how many of them, by what they are needed for.
         faults: what is wrong; empty if the row is ok.
     """
 
@@ -67,6 +68,7 @@ class Row:
     seconds: float = 0.0
     source: dict[str, int] = field(default_factory=dict)
     refined: dict[str, int] = field(default_factory=dict)
+    pointers: list[str] = field(default_factory=list)
     changes: dict[str, int] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
 
@@ -114,8 +116,10 @@ def judge(row: Row, path: Path, source: MeshFile, refined: bytes, validator: Pat
     row.source, row.refined = _counted(before), _counted(after)
     documents = [document_and_binary(data)[0] for data in (source.data, refined)]
     pointers = list(json_changes(*documents))
-    row.changes = dict(Counter(kind_of(pointer) or "other" for pointer in pointers))
-    row.faults += [f"changed: {pointer}" for pointer in pointers if kind_of(pointer) is None]
+    kinds = {pointer: kind_of(pointer, documents[0]) for pointer in pointers}
+    row.pointers = pointers
+    row.changes = dict(Counter(kind or "other" for kind in kinds.values()))
+    row.faults += [f"changed: {pointer}" for pointer, kind in kinds.items() if kind is None]
     elsewhere = changed_elsewhere(source.data, refined, source.resources)
     row.faults += [f"other bytes: {pointer}" for pointer in elsewhere]
     # A copy of what had an issue has it too; otherwise each issue counts.
