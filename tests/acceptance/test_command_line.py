@@ -99,8 +99,32 @@ def test_measure_prints_numbers_or_json(directory: Path) -> None:
     table = meshcone(directory, "measure", "rough.obj", "ball.obj")
     document = meshcone(directory, "measure", "rough.obj", "ball.obj", "--json")
 
-    assert "point_to_surface.mean" in table.stdout
-    assert json.loads(document.stdout)["quality"]["input"]["point_to_surface"]["mean"] > 0
+    rows = {line.split()[0]: line.split()[1:] for line in table.stdout.splitlines() if line.strip()}
+    measured = json.loads(document.stdout)
+    mean = measured["quality"]["input"]["point_to_surface"]["mean"]
+    assert rows["metric"] == ["input", "floor", "unit"]
+    assert rows["point_to_surface.mean"] == [f"{mean:.3g}", "0", "radius"]
+    assert rows["validity.watertight"] == ["yes", "yes"]
+    assert rows["outcome"][0] == "different:"
+    assert measured["outcome"] == "different"
+
+
+def test_measure_of_a_mesh_against_itself_is_at_the_floor(directory: Path) -> None:
+    table = meshcone(directory, "measure", "ball.obj", "ball.obj")
+
+    rows = [line.split() for line in table.stdout.splitlines() if line.startswith(" ")]
+    values = [row[1:3] for row in rows if row and "." in row[0]]
+    assert len(values) > 10
+    assert all(measured == floor for measured, floor in values)
+    assert "outcome        indistinguishable" in table.stdout
+
+
+def test_measure_scores_baselines_within_the_width_of_a_log(directory: Path) -> None:
+    table = meshcone(directory, "measure", "rough.obj", "ball.obj", "--set", "baselines=true")
+
+    lines = [line for line in table.stdout.splitlines() if "point_to_surface.mean" in line]
+    assert len(lines[0].split()) == 5
+    assert len(lines[0]) <= 80
 
 
 @pytest.mark.parametrize(
