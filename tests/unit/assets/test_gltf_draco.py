@@ -177,6 +177,14 @@ def test_copies_cannot_be_compressed():
         asset.ensure_writable(WritePolicy(instances="split", draco="encode"))
 
 
+def make_sparse(gltf: Gltf) -> None:
+    gltf.json["accessors"][0]["sparse"] = {
+        "count": 1,
+        "indices": {"bufferView": gltf.view(b"\2\0"), "componentType": 5123},
+        "values": {"bufferView": gltf.view(bytes(12))},
+    }
+
+
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
@@ -188,6 +196,7 @@ def test_copies_cannot_be_compressed():
         (lambda g: g.json["accessors"][3].update(count=33), "12 triangles, the accessor 11"),
         (lambda g: g.json["accessors"][1].update(count=23), "23 of NORMAL for 24"),
         (lambda g: g.json["accessors"][2].update(type="VEC3"), r"hold 24 × 2"),  # noqa: RUF001
+        (make_sparse, "not supported together with"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=9), "cut short"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=60), "damaged"),
         (lambda g: g.json["bufferViews"][4].update(byteOffset=0), "no Draco mesh"),

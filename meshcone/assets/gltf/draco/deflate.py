@@ -85,7 +85,7 @@ def deflate(
 
 def bitstream_accessors(primitives: Iterable[DracoPrimitive]) -> set[int]:
     """Accessors that are stored in bitstreams and nowhere else."""
-    return {a.index for p in primitives for a in (p.indices, *_stored(p)) if not a.regions}
+    return {a.index for p in primitives for a in (p.indices, *_stored(p)) if a.dense is None}
 
 
 class _Grid:

@@ -45,7 +45,7 @@ class DracoPrimitive:
     def has_copy(self) -> bool:
         """Whether all that is compressed is stored plainly as well."""
         accessors = [self.indices, *(accessor for accessor, _ in self.attributes.values())]
-        return all(accessor.regions for accessor in accessors)
+        return all(accessor.dense for accessor in accessors)
 
     @property
     def vertices(self) -> int:
@@ -130,6 +130,8 @@ def _read(
         raise InputError(f"'{DRACO}' without POSITION is not supported", place=stored.pointer)
     found = DracoPrimitive(primitive, mesh, number, view, accessors.describe(indices), attributes)
     for name, (accessor, _) in attributes.items():
+        if accessor.sparse and not found.has_copy:
+            raise accessor.element.error("sparse", f"is not supported together with '{DRACO}'")
         if accessor.count != found.vertices:
             raise accessor.element.error(
                 "count", f"{accessor.count:,} of {name} for {found.vertices:,} positions"
