@@ -3,88 +3,42 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import junitparser
-import numpy as np
 import pytest
 import xmlschema
 
 from service.stack import Stack
-from tests import shapes
-from tests.processes import children_of
+from tests.gate_assets import PAIRS, make_assets
 from tests.unit.gates.sarif_schema import LOG
 
 Finished = subprocess.CompletedProcess[str]
 
-PAIRS = 20
 JUNIT = xmlschema.XMLSchema(Path(__file__).parents[1] / "unit" / "gates" / "junit.xsd")
-GATES = """
-unit = "mm"
-
-[gates]
-"point_to_surface.max" = { max_model = 0.3 }
-"normal_consistency" = { min_ratio_to_floor = 0.95 }
-"validity.non_manifold_edges" = { max = 0 }
-
-[classes.closed]
-match = ["closed_*"]
-gates."validity.watertight" = { equals = true }
-"""
-SPIKE = 30  # a vertex
-SLOW = [f"props/closed_0{number}.obj" for number in (4, 5, 6)]
 QUICK = ("--set", "quality.samples=1000", "--set", "quality.emd_samples=64")
 
 
 @pytest.fixture
 def assets(tmp_path: Path) -> Path:
-    """Twenty balls with a reference each; one has a spike, one a hole, one a fin."""
-    vertices, faces = shapes.sphere(3)
-    for directory in ("props", "masters"):
-        (tmp_path / directory).mkdir()
-    rows = ["source,reference"]
-    for number in range(PAIRS):
-        name = f"closed_{number:02}.obj" if number < 10 else f"prop {number:02}.obj"
-        scale = 1 + number / 10
-        source = shapes.noisy(scale * vertices, 0.005, seed=number)
-        triangles = faces
-        if number == 3:  # a hole
-            triangles = faces[1:]
-        if number == 7:  # a spike
-            source[SPIKE] *= 1.2
-        if number == 12:  # a fin: a third face at an edge
-            source = np.vstack([source, source[faces[0, :2]].mean(axis=0) * 1.001])
-            fin = [faces[0, 0], faces[0, 1], len(source) - 1]
-            triangles = np.vstack([faces, fin])
-        (tmp_path / "props" / name).write_bytes(shapes.obj(source, triangles))
-        (tmp_path / "masters" / name).write_bytes(shapes.obj(scale * vertices, faces))
-        rows.append(f"props/{name},masters/{name}")
-    (tmp_path / "pairs.csv").write_text("\n".join(rows) + "\n")
-    (tmp_path / "gates.toml").write_text(GATES)
+    """Twenty assets, three of them bad."""
+    make_assets(tmp_path)
     return tmp_path
 
 
 def gate(directory: Path, *arguments: str) -> Finished:
     return subprocess.run(
-        command(*arguments),
+        [sys.executable, "-m", "service.cli", "gate", *arguments],
         cwd=directory,
         capture_output=True,
         text=True,
         check=False,
         timeout=240,
     )
-
-
-def command(*arguments: str) -> list[str]:
-    return [sys.executable, "-m", "service.cli", "gate", *arguments]
 
 
 def gate_all(directory: Path, *arguments: str) -> Finished:
@@ -264,58 +218,3 @@ def test_what_cannot_be_gated_is_told_in_one_line(
     assert said in finished.stderr
     assert finished.stderr.startswith("meshcone: ")
     assert finished.stderr.count("\n") == 1
-
-
-def test_a_process_that_dies_takes_no_other_with_it(assets: Path) -> None:
-    running = start(assets)
-    try:
-        [victim] = wait_for(lambda: engines(running.pid))
-        os.kill(victim, signal.SIGKILL)
-        _, told = running.communicate(timeout=240)
-    finally:
-        running.kill()
-
-    document = json.loads((assets / "gate.json").read_text())
-    assert running.returncode == 3
-    assert "was ended by SIGKILL" in told
-    assert document["counts"]["error"] == 1
-    assert document["counts"]["pass"] == len(SLOW) - 1
-
-
-def test_an_interrupt_ends_it_and_all_it_started(assets: Path) -> None:
-    running = start(assets)
-    try:
-        [engine] = wait_for(lambda: engines(running.pid))
-        running.send_signal(signal.SIGINT)
-        _, told = running.communicate(timeout=60)
-    finally:
-        running.kill()
-
-    assert (running.returncode, told) == (130, "")  # what a shell calls an interrupt
-    wait_for(lambda: not Path(f"/proc/{engine}").exists())
-    assert not (assets / "gate.json").exists()
-
-
-def start(directory: Path) -> subprocess.Popen[str]:
-    """Gate a few pairs slowly: one at a time, with an assignment of thousands of samples."""
-    arguments = ("--manifest", "pairs.csv", "--gates", "gates.toml", "--json", "gate.json")
-    return subprocess.Popen(
-        command(*arguments, *SLOW, "--jobs", "1", "--set", "quality.emd_samples=2048"),
-        cwd=directory,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def engines(pid: int) -> list[int]:
-    """Processes that work on a pair: the children of the one they are forked from."""
-    return [worker for child in children_of(pid) for worker in children_of(child)]
-
-
-def wait_for(condition: Callable[[], Any]) -> Any:
-    deadline = time.monotonic() + 60
-    while not (found := condition()):
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.01)
-    return found
