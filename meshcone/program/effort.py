@@ -1,7 +1,7 @@
 """Which settings of the surface program are tried.
 
 No single setting serves every mesh: dense noisy ones need strong smoothing first, which
-melts coarse ones; parts with inner walls need samples that reach far. ``best`` runs a few
+melts coarse ones; thin parts need strong samples that reach far. ``best`` runs a few
 and keeps the one closest to the reference; figures in ``docs/performance.md``.
 """
 
@@ -33,15 +33,19 @@ def candidates(options: Options) -> list[Candidate]:
     if options.effort == "fast":
         return [Candidate("as set", base)]
     finished = base.fairness + _FINISHING
+    from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}
     return [
         Candidate("unfolding", _with(base, fairness=_UNFOLDING + finished)),
         Candidate(
-            "pulling", _with(base, fairness=finished, reverse=base.reverse * 10 / 3, reach=100.0)
+            "smoothing",
+            _with(
+                base,
+                fairness=_UNFOLDING + finished,
+                fairness_knee=_UNFOLDING[0],
+                **from_afar,
+            ),
         ),
-        Candidate(
-            "smoothing", _with(base, fairness=_UNFOLDING + finished, fairness_knee=_UNFOLDING[0])
-        ),
-        Candidate("reaching", _with(base, fairness=finished, reach=100.0, reverse_from=0)),
+        Candidate("pulling", _with(base, fairness=finished, **from_afar)),
     ]
 
 
