@@ -109,19 +109,19 @@ class _Gltf:
         if "mesh" in node:
             placed = np.eye(4) if "skin" in node else world
             for primitive in self._json["meshes"][node["mesh"]]["primitives"]:
-                for local in self._triangles(primitive):
-                    corners = (np.column_stack([local, np.ones(3)]) @ placed.T)[:, :3]
-                    yield corners[::-1] if np.linalg.det(placed[:3, :3]) < 0 else corners
+                yield from self._triangles(primitive, placed)
         for child in node.get("children", []):
             yield from self._below(nodes, child, world)
 
-    def _triangles(self, primitive: dict[str, Any]) -> Iterator[Polygon]:
+    def _triangles(self, primitive: dict[str, Any], placed: Polygon) -> Iterator[Polygon]:
         mode = primitive.get("mode", 4)
         if mode < 4 or "POSITION" not in primitive["attributes"]:
             return
-        points, order = self._drawn(primitive)
+        local, order = self._drawn(primitive)
+        points = (np.column_stack([local, np.ones(len(local))]) @ placed.T)[:, :3]
+        mirrored = np.linalg.det(placed[:3, :3]) < 0
         for a, b, c in _corners(mode, order):
-            yield points[[a, b, c]]
+            yield points[[c, b, a] if mirrored else [a, b, c]]
 
     def _drawn(self, primitive: dict[str, Any]) -> tuple[Polygon, list[int]]:
         draco = primitive.get("extensions", {}).get(_DRACO)

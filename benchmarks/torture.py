@@ -18,7 +18,7 @@ import resource
 import sys
 import time
 import traceback
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from multiprocessing.connection import Connection
@@ -154,41 +154,58 @@ def differences(asset: Asset, polygons: list[Polygon]) -> Iterator[str]:
     Compared are the positions, the vector area and the enclosed volume, which do not depend
     on how a flat polygon is cut into triangles.
     """
-    polygons = [polygon for polygon in polygons if len(polygon) >= 3]
-    whole = [p for p in polygons if len(np.unique(p, axis=0)) == len(p)]
-    reach = max(float(np.abs(p).max()) for p in polygons)
-    if not _covered(asset.vertices, np.concatenate(polygons), reach):
+    stacks = _stacked(polygons)
+    whole = [stack[_has_distinct_corners(stack)].reshape(-1, 3) for stack in stacks]
+    reach = max(float(np.abs(stack).max()) for stack in stacks)
+    if not _covered(asset.vertices, np.concatenate([s.reshape(-1, 3) for s in stacks]), reach):
         yield "a position that is not in the file"
-    if whole and not _covered(np.concatenate(whole), asset.vertices, reach):
+    if not _covered(np.concatenate(whole), asset.vertices, reach):
         yield "a position of the file is missing"
-    triangles = list(asset.vertices[asset.faces])
-    flat = all(len(polygon) == 3 for polygon in polygons)
-    for what, moment, tolerance in (
-        ("vector area", _vector_area, 1e-6),
-        ("volume", _volume, 1e-6 if flat else 2e-2),
+    triangles = asset.vertices[asset.faces]
+    flat = all(stack.shape[1] == 3 for stack in stacks)
+    for what, moments, tolerance in (
+        ("vector area", _vector_areas, 1e-6),
+        ("volume", _volumes, 1e-6 if flat else 2e-2),
     ):
-        size = sum(np.linalg.norm(moment(triangle)) for triangle in triangles)
-        expected = np.sum([moment(polygon) for polygon in polygons], axis=0)
-        found = np.sum([moment(triangle) for triangle in triangles], axis=0)
+        size = float(np.abs(moments(triangles)).sum())
+        expected = sum(moments(stack).sum(axis=0) for stack in stacks)
+        found = moments(triangles).sum(axis=0)
         if not np.abs(expected - found).max() <= tolerance * size + 1e-300:
             yield f"{what} {found} instead of {expected}"
+
+
+def _stacked(polygons: list[Polygon]) -> list[Polygon]:
+    """Polygons of one size at a time, each as (k, n, 3)."""
+    by_size: dict[int, list[Polygon]] = defaultdict(list)
+    for polygon in polygons:
+        by_size[len(polygon)].append(polygon)
+    return [np.stack(family) for size, family in by_size.items() if size >= 3]
+
+
+def _has_distinct_corners(stack: Polygon) -> NDArray[np.bool_]:
+    distinct = np.ones(len(stack), dtype=bool)
+    for shift in range(1, stack.shape[1] // 2 + 1):
+        distinct &= (stack != np.roll(stack, shift, axis=1)).any(axis=2).all(axis=1)
+    return distinct
 
 
 def _covered(some: Polygon, all_: Polygon, reach: float) -> bool:
     """Whether each of some points is among all, but for the rounding of a transform."""
     from scipy.spatial import KDTree
 
+    if len(some) == 0:
+        return True
     distances, _ = KDTree(np.unique(all_, axis=0)).query(np.unique(some, axis=0))
     return bool(distances.max() <= 1e-9 * reach)
 
 
-def _vector_area(polygon: Polygon) -> NDArray[np.float64]:
-    centred = polygon - polygon[0]
-    return np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2
+def _vector_areas(stack: Polygon) -> Polygon:
+    centred = stack - stack[:, :1]
+    return np.cross(centred, np.roll(centred, -1, axis=1)).sum(axis=1) / 2
 
 
-def _volume(polygon: Polygon) -> NDArray[np.float64]:
-    return np.atleast_1d(_vector_area(polygon) @ polygon.mean(axis=0) / 3)
+def _volumes(stack: Polygon) -> Polygon:
+    return (_vector_areas(stack) * stack.mean(axis=1)).sum(axis=1, keepdims=True) / 3
 
 
 def print_tables(rows: list[Row]) -> None:
