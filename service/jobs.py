@@ -12,6 +12,7 @@ from service.schemas import JOBS_PATH, Job, JobList, job_path
 from service.submission import accept, check_meshes
 from service.uploads import LABEL_LENGTH, Submission, read_submission
 from worker.identifiers import is_job_id
+from worker.job_index import JobFilter
 from worker.ledger import UnknownJobError
 from worker.records import JobRecord, JobState
 
@@ -103,7 +104,9 @@ def list_jobs(
     """A page of the jobs that a state and a label select."""
     if cursor is not None and not is_job_id(cursor):
         raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
-    page = context.ledger.page(limit, cursor=cursor, state=state, label=label)
+    labels = frozenset() if label is None else frozenset({label})
+    wanted = JobFilter(state=state, labels=labels)
+    page = context.ledger.index.page(limit, cursor=cursor, wanted=wanted)
     return JobList(jobs=[Job.of(record) for record in page.jobs], next=page.cursor)
 
 

@@ -54,7 +54,7 @@ class Job(BaseModel):
     id: str
     state: JobState
     attempt: int = Field(description="times it has been started")
-    label: str | None
+    labels: list[str]
     created: datetime
     started: datetime | None
     finished: datetime | None
@@ -73,7 +73,7 @@ class Job(BaseModel):
             id=record.id,
             state=record.state,
             attempt=record.attempt,
-            label=record.label,
+            labels=list(record.labels),
             created=record.created,
             started=record.started,
             finished=record.finished,

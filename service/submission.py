@@ -37,7 +37,7 @@ def accept(submission: Submission, context: Context) -> JobRecord:
     record = JobRecord(
         id=new_job_id(),
         created=datetime.now(UTC),
-        label=submission.label,
+        labels=() if submission.label is None else (submission.label,),
         source=_stored(context.blobs, submission.source),
         reference=_stored(context.blobs, submission.reference),
         resources=tuple(_stored(context.blobs, upload) for upload in submission.resources),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from meshcone.report import MeasureReport, diagnostics_csv
+from meshcone.gates.records import Status
+from meshcone.report import MeasureReport, Report, diagnostics_csv
 
 if TYPE_CHECKING:
     from meshcone.refine import Refinement
@@ -20,8 +23,21 @@ class ArtifactFile:
     media_type: str
     filename: str
 
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its bytes, in hexadecimal digits."""
+        return hashlib.sha256(self.data).hexdigest()
 
-def of_refinement(source: str, refinement: Refinement) -> dict[str, ArtifactFile]:
+
+@dataclass(frozen=True)
+class JobFiles:
+    """What a job leaves: files by name, and what the gates say, if there were any."""
+
+    files: Mapping[str, ArtifactFile]
+    verdict: Status | None
+
+
+def of_refinement(source: str, refinement: Refinement) -> JobFiles:
     """What a refinement of a source of this name leaves: mesh, report, table, certificate."""
     stem = PurePath(source).stem
     table = diagnostics_csv(refinement.report.solver).encode()
@@ -38,12 +54,17 @@ def of_refinement(source: str, refinement: Refinement) -> dict[str, ArtifactFile
         files["certificate"] = ArtifactFile(
             refinement.certificate, "application/zip", f"{stem}.report.certificate.npz"
         )
-    return files
+    return JobFiles(files, _verdict(refinement.report))
 
 
-def of_measurement(source: str, report: MeasureReport) -> dict[str, ArtifactFile]:
+def of_measurement(source: str, report: MeasureReport) -> JobFiles:
     """What a measurement of a source of this name leaves: its report alone."""
-    return {"report": _report(PurePath(source).stem, report.model_dump_json())}
+    files = {"report": _report(PurePath(source).stem, report.model_dump_json())}
+    return JobFiles(files, _verdict(report))
+
+
+def _verdict(report: Report | MeasureReport) -> Status | None:
+    return None if report.gates is None else report.gates.verdict
 
 
 def _report(stem: str, text: str) -> ArtifactFile:

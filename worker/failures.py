@@ -34,10 +34,10 @@ def give_up_attempt(ledger: Ledger, record: JobRecord, attempts: int) -> bool:
     Raises:
         TransitionRefusedError: the job has moved on.
     """
-    if record.attempt < attempts:
-        ledger.retry(record.id, record.attempt)
-        return True
-    error = InternalError(f"the job was interrupted {record.attempt} times; it is not tried again")
+    counted = record.attempt - record.handed_back
+    if counted < attempts:
+        return ledger.retry(record.id, record.attempt) == "queued"
+    error = InternalError(f"the job was interrupted {counted} times; it is not tried again")
     ledger.fail(record.id, record.attempt, JobError.of(error))
     return False
 

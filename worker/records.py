@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict
 
 from meshcone.errors import ErrorKind, MeshConeError
+from meshcone.gates.records import Status
 from meshcone.progress import Progress, Stage
 
 JobState = Literal["queued", "running", "succeeded", "failed", "canceled"]
+FINAL_STATES: tuple[JobState, ...] = ("succeeded", "failed", "canceled")
+Verdict = Status
+
+_PLAIN = frozenset({"id", "state", "attempt"})  # fields the ledger's scripts read as they are
 
 
 class _Frozen(BaseModel):
@@ -72,22 +79,52 @@ class JobRecord(_Frozen):
 
     Attributes:
         attempt: how often it has been started.
+        handed_back: how many of those starts were given up by a worker that was stopped.
+        expired: when its files were let go.
+        cancel_requested: when somebody asked for it to be canceled while it was running.
         options: every option with its resolved value.
+        webhook: where to say that its state has changed.
         artifacts: what it made, by name: ``report`` and, of a refinement, ``mesh``,
-            ``diagnostics_csv`` and, unless the input was kept, ``certificate``.
+            ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
+        verdict: what the gates say of it, if there were any.
     """
 
     id: str
     state: JobState = "queued"
     attempt: int = 0
+    handed_back: int = 0
     created: datetime
     started: datetime | None = None
     finished: datetime | None = None
-    label: str | None = None
+    expired: datetime | None = None
+    cancel_requested: datetime | None = None
+    labels: tuple[str, ...] = ()
     source: StoredFile
     reference: StoredFile
     resources: tuple[StoredFile, ...] = ()
     options: dict[str, Any]
+    webhook: str | None = None
     progress: JobProgress | None = None
     error: JobError | None = None
     artifacts: dict[str, Artifact] = {}
+    verdict: Verdict | None = None
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether its state is final."""
+        return self.state in FINAL_STATES
+
+    def encoded(self) -> dict[str, str]:
+        """The record as the fields of a hash; what is not there is no field."""
+        return {
+            name: str(value) if name in _PLAIN else json.dumps(value)
+            for name, value in self.model_dump(mode="json").items()
+            if value is not None
+        }
+
+    @classmethod
+    def decoded(cls, fields: Mapping[str, str]) -> Self:
+        """The record that :meth:`encoded` has written."""
+        return cls.model_validate(
+            {name: value if name in _PLAIN else json.loads(value) for name, value in fields.items()}
+        )

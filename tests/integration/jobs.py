@@ -14,7 +14,7 @@ def make_job(label: str | None = None) -> JobRecord:
     return JobRecord(
         id=new_job_id(),
         created=datetime.now(UTC),
-        label=label,
+        labels=() if label is None else (label,),
         source=file,
         reference=file,
         options=Options().model_dump(mode="json"),

@@ -4,6 +4,7 @@ import pytest
 
 from tests.integration.jobs import make_job
 from worker.identifiers import new_job_id
+from worker.job_index import JobFilter
 from worker.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.records import Artifact, JobError, JobProgress, JobRecord
 
@@ -124,8 +125,9 @@ def test_pages_go_from_newest_to_oldest_and_miss_nothing(ledger: Ledger) -> None
     for job in jobs:
         ledger.create(job)
 
-    first = ledger.page(3, label=label)
-    rest = ledger.page(3, label=label, cursor=first.cursor)
+    wanted = JobFilter(labels=frozenset({label}))
+    first = ledger.index.page(3, wanted=wanted)
+    rest = ledger.index.page(3, wanted=wanted, cursor=first.cursor)
 
     newest_first = sorted((job.id for job in jobs), reverse=True)
     assert [job.id for job in first.jobs + rest.jobs] == newest_first
@@ -138,6 +140,7 @@ def test_a_page_can_be_of_one_state(ledger: Ledger) -> None:
         ledger.create(job)
     ledger.begin(begun.id)
 
-    page = ledger.page(10, label=label, state="running")
+    wanted = JobFilter(labels=frozenset({label}), state="running")
+    page = ledger.index.page(10, wanted=wanted)
 
     assert [job.id for job in page.jobs] == [begun.id]

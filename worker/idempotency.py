@@ -1,0 +1,85 @@
+"""Requests that may be repeated: a key of the sender's names what a request has made.
+
+After the Internet draft *The Idempotency-Key HTTP Header Field* (httpapi working group). A
+key is claimed while its first request is under way; the ledger binds it to the job in the
+step that creates the job, so there is no moment at which one exists without the other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from redis import Redis
+
+CLAIM_SECONDS = 60
+"""How long a claim outlives a process that was killed. One that is lost earlier loses the
+answer 409 to a second request under way, never the promise of one job."""
+
+_CLAIM = f"""
+if redis.call('EXISTS', KEYS[1]) == 1 then return redis.call('HEXISTS', KEYS[1], 'job') end
+redis.call('HSET', KEYS[1], 'claim', ARGV[1])
+redis.call('EXPIRE', KEYS[1], {CLAIM_SECONDS})
+return 2
+"""
+_RELEASE = """
+if redis.call('HGET', KEYS[1], 'claim') == ARGV[1] and redis.call('HEXISTS', KEYS[1], 'job') == 0
+then redis.call('DEL', KEYS[1]) end
+"""
+
+
+@dataclass(frozen=True)
+class BoundKey:
+    """A key and what was sent with it.
+
+    Attributes:
+        place: where the broker keeps it.
+        fingerprint: equal for equal requests.
+        remembered: seconds after which the key may be used for something else.
+    """
+
+    place: str
+    fingerprint: str
+    remembered: int
+
+
+class KeyInUseError(Exception):
+    """A request with the same key is under way."""
+
+
+class KeyClaims:
+    """Keys of requests that are under way.
+
+    Args:
+        client: a connection whose replies are strings.
+    """
+
+    def __init__(self, client: Redis) -> None:
+        self._claim = client.register_script(_CLAIM)
+        self._release = client.register_script(_RELEASE)
+
+    def claim(self, place: str) -> str:
+        """Claim a key for a request, and return a token to release it with.
+
+        A key whose request has made its job needs no claim.
+
+        Raises:
+            KeyInUseError: another request has claimed it.
+        """
+        token = secrets.token_hex(16)
+        if self._claim([place], [token]) == 0:
+            raise KeyInUseError
+        return token
+
+    def release(self, place: str, token: str) -> None:
+        """Give up a claim, if its request made no job."""
+        self._release([place], [token])
+
+
+def key_place(owner: str, key: str) -> str:
+    """Where a sender's key is kept; the same key of two senders is two keys."""
+    digest = hashlib.sha256(f"{len(owner)}:{owner}:{key}".encode()).hexdigest()
+    return f"meshcone:idempotency:{digest}"
