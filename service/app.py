@@ -12,10 +12,13 @@ from fastapi import FastAPI
 from meshcone.options import Options
 from meshcone.settings import load_settings
 from service import health, jobs, problems, results
+from service.auth import Authentication, KeyRing
 from service.body_limit import BodyLimit
 from service.context import open_context
 from service.headers import SecurityHeaders
+from service.request_log import RequestLog
 from service.settings import ServiceSettings
+from worker.connections import connect_async
 
 DESCRIPTION = """\
 Send a mesh and its reference; get the mesh refined by a second-order cone program, the proof \
@@ -36,8 +39,13 @@ class Application(FastAPI):
         return document
 
 
-def create_app(settings: ServiceSettings | None = None) -> FastAPI:
+def create_app(settings: ServiceSettings | None = None, *, keys_required: bool = True) -> FastAPI:
     """Build the application; it connects to the broker when it starts, not before.
+
+    Args:
+        settings: those of the environment, if None.
+        keys_required: whether every request needs an API key. False is for an address that
+            only this machine reaches.
 
     Raises:
         InputError: the environment's settings cannot be used.
@@ -47,8 +55,10 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with open_context(settings) as context:
-            app.state.context = context
-            yield
+            async with connect_async(settings.required_redis_url()) as client:
+                app.state.context = context
+                app.state.key_ring = KeyRing(client, settings)
+                yield
 
     app = Application(
         title="MeshCone",
@@ -72,5 +82,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     app.include_router(health.router)
     problems.install_handlers(app)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
+    app.add_middleware(Authentication, keys_required=keys_required)
+    app.add_middleware(RequestLog)
     app.add_middleware(SecurityHeaders)
     return app

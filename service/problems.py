@@ -39,14 +39,20 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "limit": ProblemType("limit", 413, "More than this installation accepts"),
     "infeasible": ProblemType("infeasible", 422, "The constraints contradict each other"),
     "timeout": ProblemType("timeout", 504, "The job ran out of time"),
+    "memory": ProblemType("memory", 500, "The job ran out of memory"),
+    "crash": ProblemType("crash", 500, "The process that ran the job died"),
     "internal": ProblemType("internal", 500, "A fault of the service"),
     # what only HTTP can say
     "bad-request": ProblemType("input", 400, "The request cannot be read"),
+    "unauthorized": ProblemType("input", 401, "An API key is needed"),
+    "forbidden": ProblemType("input", 403, "This may not be done"),
     "not-found": ProblemType("input", 404, "There is nothing here"),
     "method-not-allowed": ProblemType("input", 405, "This cannot be done here"),
     "media-type": ProblemType("input", 415, "The request is not a multipart form"),
     "not-finished": ProblemType("input", 409, "The job has not finished"),
     "job-failed": ProblemType("input", 409, "The job made no result"),
+    "rate-limit": ProblemType("limit", 429, "Too many requests"),
+    "quota": ProblemType("limit", 429, "More than this API key may use"),
     "unavailable": ProblemType("internal", 503, "The service cannot work just now"),
 }
 
@@ -62,7 +68,7 @@ class Problem(BaseModel):
     detail: str = Field(description="what went wrong this time, in one line")
     kind: ErrorKind = Field(
         description="whose turn it is: input and limit are the sender's, infeasible is the "
-        "options', timeout and internal are the operator's"
+        "options', timeout, memory, crash and internal are the operator's"
     )
     file: str | None = Field(default=None, description="the sent file it concerns")
     place: str | None = Field(default=None, description="where in that file")
@@ -115,6 +121,15 @@ def problem_response(answer: Problem, headers: Mapping[str, str] | None = None) 
     )
 
 
+def broker_problem(error: Exception) -> ProblemError:
+    """What to raise where the broker has failed; the log says how, the answer does not."""
+    logger.error("the broker cannot be used: %s", error)
+    return ProblemError(
+        problem("unavailable", "the job broker cannot be reached; try again later"),
+        {"Retry-After": "5"},
+    )
+
+
 def install_handlers(app: FastAPI) -> None:
     """Have every exception of the application answered with a problem."""
     app.add_exception_handler(ProblemError, _on_problem)
@@ -154,11 +169,8 @@ def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
 
 
 def _on_broker_error(_request: Request, error: Exception) -> JSONResponse:
-    logger.error("the broker cannot be used: %s", error)
-    return problem_response(
-        problem("unavailable", "the job broker cannot be reached; try again later"),
-        {"Retry-After": "5"},
-    )
+    answer = broker_problem(error)
+    return problem_response(answer.problem, answer.headers)
 
 
 def _on_unexpected(_request: Request, _error: Exception) -> JSONResponse:

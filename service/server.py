@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import logging
 import socket
 from contextlib import closing
 
+import structlog
 import uvicorn
 
 from meshcone.errors import InputError
+from meshcone.settings import load_settings
 from service.app import create_app
+from service.auth import is_loopback
+from service.settings import ServiceSettings
+from worker.logs import configure_logging
+
+logger = structlog.get_logger(__name__)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -36,21 +42,19 @@ def serve(listener: socket.socket) -> None:
     Raises:
         InputError: the environment's settings cannot be used.
     """
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
-    logging.getLogger("uvicorn.access").addFilter(_is_worth_a_line)
-    app = create_app()
-    app.state.settings.required_redis_url()
+    configure_logging()
+    settings = load_settings(ServiceSettings)
+    settings.required_redis_url()
+    keys_required = settings.require_keys == "always" or not is_loopback(listener.getsockname()[0])
+    if keys_required:
+        logger.info("every request needs an API key; `meshcone keys create` makes one")
+    app = create_app(settings, keys_required=keys_required)
     config = uvicorn.Config(
         app,
         log_config=None,
+        access_log=False,  # service.request_log writes a better one
         server_header=False,
         timeout_graceful_shutdown=10,
     )
     with closing(listener):
         uvicorn.Server(config).run(sockets=[listener])
-
-
-def _is_worth_a_line(record: logging.LogRecord) -> bool:
-    """Probes that found all well come every second or so, and say nothing."""
-    message = record.getMessage()
-    return not (message.endswith(" 200") and ("/livez " in message or "/readyz " in message))

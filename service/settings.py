@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
-from worker.settings import WorkerSettings
+from worker.webhooks.settings import WebhookSettings
 
 MEBIBYTE = 1024 * 1024
 
 
-class ServiceSettings(WorkerSettings):
+class ServiceSettings(WebhookSettings):
     """Settings of the HTTP front end, from ``MESHCONE_*`` environment variables."""
 
     max_upload_bytes: int = Field(
@@ -26,4 +28,20 @@ class ServiceSettings(WorkerSettings):
     )
     retry_after: int = Field(
         default=1, ge=1, description="seconds a client is asked to wait before it looks again"
+    )
+    require_keys: Literal["auto", "always"] = Field(
+        default="auto",
+        description="`auto` asks for API keys unless the address listened on is a loopback one; "
+        "`always` asks for them there too, as behind a proxy",
+    )
+    key_requests_per_minute: int = Field(
+        default=600, ge=0, description="requests a minute of one API key; 0 for any number"
+    )
+    key_active_jobs: int = Field(
+        default=1000,
+        ge=0,
+        description="jobs of one API key that may be queued or running; 0 for any number",
+    )
+    key_daily_bytes: int = Field(
+        default=0, ge=0, description="bytes of files one API key may send a day; 0 for any number"
     )

@@ -26,6 +26,8 @@ from meshcone.errors import InputError, InternalError
 from worker.connections import connect_text
 from worker.lifeline import tied_command
 
+CONFIG_NAME = "valkey.conf"
+_SOCKET_LINE = "unixsocket "
 SOCKET_PATH_LIMIT = 100  # bytes; sockaddr_un holds 108 on Linux and 104 on macOS
 START_TIMEOUT = 60.0  # seconds; a long append-only file takes a while to load
 STOP_TIMEOUT = 20.0  # seconds
@@ -130,10 +132,10 @@ class EmbeddedBroker:
         self._socket.unlink(missing_ok=True)  # left by a server that was killed
 
     def _write_config(self) -> Path:
-        path = self._directory / "valkey.conf"
+        path = self._directory / CONFIG_NAME
         lines = [
             "port 0",
-            f"unixsocket {_quoted(self._socket)}",
+            f"{_SOCKET_LINE}{_quoted(self._socket)}",
             "unixsocketperm 700",
             f"dir {_quoted(self._directory)}",
             "appendonly yes",
@@ -160,6 +162,27 @@ class EmbeddedBroker:
         raise InternalError(
             f"the embedded broker did not start; see {self._directory / 'valkey.log'}"
         )
+
+
+def running_broker_url(data_dir: Path) -> str:
+    """Where the embedded broker of a data directory listens, for who did not start it.
+
+    Raises:
+        InputError: no broker has been started there.
+    """
+    try:
+        config = (data_dir / "broker" / CONFIG_NAME).read_text(encoding="utf-8")
+    except OSError:
+        raise InputError(
+            f"no broker runs on data directory '{data_dir}': start `meshcone serve` there, "
+            "or set MESHCONE_REDIS_URL"
+        ) from None
+    [line] = [line for line in config.splitlines() if line.startswith(_SOCKET_LINE)]
+    return f"unix://{quote(_unquoted(line.removeprefix(_SOCKET_LINE)))}"
+
+
+def _unquoted(text: str) -> str:
+    return text[1:-1].replace('\\"', '"').replace("\\\\", "\\")
 
 
 def _quoted(path: Path) -> str:

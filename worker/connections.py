@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from redis import Redis
+from redis.asyncio import Redis as AsyncRedis
 
 if TYPE_CHECKING:
     from redis.client import Redis as RedisClient
@@ -16,6 +17,16 @@ REPLY_TIMEOUT = 15.0  # seconds; no command of the ledger blocks
 def connect_text(url: str) -> RedisClient:
     """A client whose replies are strings, as the ledger wants them."""
     return Redis.from_url(
+        url,
+        decode_responses=True,
+        socket_connect_timeout=CONNECT_TIMEOUT,
+        socket_timeout=REPLY_TIMEOUT,
+    )
+
+
+def connect_async(url: str) -> AsyncRedis:
+    """A client for an event loop, whose replies are strings."""
+    return AsyncRedis.from_url(
         url,
         decode_responses=True,
         socket_connect_timeout=CONNECT_TIMEOUT,

@@ -12,6 +12,8 @@ from starlette.testclient import TestClient
 from service.app import create_app
 from service.settings import ServiceSettings
 
+LOCAL = "http://127.0.0.1:8000"  # without keys, the service answers to names of this machine only
+
 
 @pytest.fixture
 def app(tmp_path: Path) -> FastAPI:
@@ -21,10 +23,10 @@ def app(tmp_path: Path) -> FastAPI:
         max_upload_bytes=100_000,
         max_resources=2,
     )
-    return create_app(settings)
+    return create_app(settings, keys_required=False)
 
 
 @pytest.fixture
 def http(app: FastAPI) -> Iterator[TestClient]:
-    with TestClient(app, raise_server_exceptions=False) as client:
+    with TestClient(app, LOCAL, raise_server_exceptions=False) as client:
         yield client

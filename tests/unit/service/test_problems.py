@@ -15,6 +15,7 @@ from meshcone.errors import (
     SolveTimeoutError,
 )
 from service.problems import PROBLEM_TYPES, problem_of
+from tests.unit.service.conftest import LOCAL
 from worker.identifiers import new_job_id
 
 BOUNDARY = {"Content-Type": "multipart/form-data; boundary=x"}
@@ -88,7 +89,7 @@ def test_an_unexpected_error_is_a_problem_without_its_details(app: FastAPI) -> N
     def broken() -> None:
         raise RuntimeError("/srv/secret")
 
-    with TestClient(app, raise_server_exceptions=False) as http:
+    with TestClient(app, LOCAL, raise_server_exceptions=False) as http:
         answer = http.get("/broken")
 
     assert_problem(answer, 500, "internal")

@@ -1,0 +1,106 @@
+"""``meshcone keys``: API keys, made, listed and revoked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from meshcone.errors import InputError
+from meshcone.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from service.keys import KeyStore, Scope
+
+commands = typer.Typer(
+    help="API keys: who may use a service, and how much of it.", no_args_is_help=True
+)
+
+DataDirectory = Annotated[
+    Path | None,
+    typer.Option(help="Where `meshcone serve` keeps its data. [default: ./meshcone-data]"),
+]
+Limit = Annotated[int | None, typer.Option(min=0, help="0 for any number.", show_default=False)]
+
+
+@commands.command("create")
+def create(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose it is, or what for.")],
+    scopes: Annotated[
+        str, typer.Option(help="What it may do: submit, read, admin; separated by commas.")
+    ] = "submit,read",
+    requests_per_minute: Limit = None,
+    active_jobs: Limit = None,
+    daily_bytes: Limit = None,
+    data_dir: DataDirectory = None,
+) -> None:
+    """Make a key and print it, and the secret of its webhooks; neither is shown again.
+
+    What is not limited here is limited as the installation says.
+    """
+    from service.keys import Quota
+
+    wanted = _scopes(scopes)
+    quota = Quota(
+        requests_per_minute=requests_per_minute, active_jobs=active_jobs, daily_bytes=daily_bytes
+    )
+    with _store(data_dir) as store:
+        made = store.create(name, wanted, quota)
+    typer.echo(f"id              {made.key.id}")
+    typer.echo(f"key             {made.token}")
+    typer.echo(f"webhook secret  {made.webhook_secret}")
+
+
+@commands.command("list")
+def show(data_dir: DataDirectory = None) -> None:
+    """List the keys there are."""
+    with _store(data_dir) as store:
+        keys = store.all()
+    for key in keys:
+        created = key.created.astimezone().isoformat(timespec="seconds")
+        typer.echo(f"{key.id}  {created}  {','.join(key.scopes):<18}  {key.name}")
+
+
+@commands.command("revoke")
+def revoke(
+    key_id: Annotated[str, typer.Argument(metavar="ID", help="Its id, as `keys list` shows it.")],
+    data_dir: DataDirectory = None,
+) -> None:
+    """Take a key back: requests with it are refused from now on, and its webhooks not sent."""
+    with _store(data_dir) as store:
+        store.revoke(key_id)
+
+
+def _scopes(text: str) -> list[Scope]:
+    from service.keys import SCOPES
+
+    known = {scope: scope for scope in SCOPES}
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in known:
+            hint = did_you_mean(name, SCOPES) or f"; there are {', '.join(SCOPES)}"
+            raise InputError(f"unknown scope '{name}'{hint}")
+    return [known[name] for name in names if name in known]
+
+
+@contextmanager
+def _store(data_dir: Path | None) -> Iterator[KeyStore]:
+    from redis.exceptions import RedisError
+
+    from meshcone.settings import load_settings
+    from service.keys import KeyStore
+    from worker.broker import running_broker_url
+    from worker.connections import connect_text
+    from worker.settings import WorkerSettings
+
+    overrides = {} if data_dir is None else {"data_dir": data_dir}
+    settings = load_settings(WorkerSettings, **overrides)
+    url = settings.redis_url if data_dir is None else None
+    try:
+        with connect_text(url or running_broker_url(settings.data_dir)) as client:
+            yield KeyStore(client)
+    except RedisError as error:
+        raise InputError(f"the broker cannot be reached: {error}") from None

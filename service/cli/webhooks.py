@@ -1,0 +1,10 @@
+"""``meshcone webhooks``: the delivery of webhooks."""
+
+from __future__ import annotations
+
+
+def command() -> None:
+    """Deliver webhooks; the broker comes from MESHCONE_* variables."""
+    from worker.webhooks.main import main
+
+    main()
