@@ -1,0 +1,80 @@
+"""A request that is repeated under one key makes one job."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.integration.jobs import make_job
+from worker.broker import EmbeddedBroker
+from worker.connections import connect_text
+from worker.idempotency import BoundKey, KeyClaims, KeyInUseError, key_place
+from worker.identifiers import new_job_id
+from worker.ledger import KeyReusedError, Ledger, QueueFullError, UnknownJobError
+
+
+@pytest.fixture
+def claims(broker: EmbeddedBroker) -> Iterator[KeyClaims]:
+    with connect_text(broker.url) as client:
+        yield KeyClaims(client)
+
+
+@pytest.fixture
+def place() -> str:
+    return key_place("somebody", new_job_id())
+
+
+def test_the_same_request_makes_one_job(ledger: Ledger, place: str) -> None:
+    key = BoundKey(place, "fingerprint", 60)
+    first, second = make_job(), make_job()
+
+    assert ledger.create(first, key=key) == first.id
+    assert ledger.create(second, key=key) == first.id
+    with pytest.raises(UnknownJobError):
+        ledger.get(second.id)
+
+
+def test_another_request_under_the_same_key_is_refused(ledger: Ledger, place: str) -> None:
+    ledger.create(make_job(), key=BoundKey(place, "one", 60))
+
+    with pytest.raises(KeyReusedError):
+        ledger.create(make_job(), key=BoundKey(place, "another", 60))
+
+
+def test_a_key_is_claimed_while_its_request_is_under_way(claims: KeyClaims, place: str) -> None:
+    token = claims.claim(place)
+
+    with pytest.raises(KeyInUseError):
+        claims.claim(place)
+    claims.release(place, token)
+    claims.claim(place)
+
+
+def test_a_key_that_has_made_its_job_is_free_to_be_repeated(
+    ledger: Ledger, claims: KeyClaims, place: str
+) -> None:
+    token = claims.claim(place)
+    job = make_job()
+    ledger.create(job, key=BoundKey(place, "fingerprint", 60))
+
+    claims.release(place, token)
+    claims.claim(place)
+
+    assert ledger.create(make_job(), key=BoundKey(place, "fingerprint", 60)) == job.id
+
+
+def test_two_senders_may_choose_the_same_key() -> None:
+    assert key_place("a", "bc") != key_place("ab", "c")
+
+
+def test_no_job_is_created_beyond_the_capacity_of_the_queue(ledger: Ledger) -> None:
+    waiting = ledger.index.count("queued")
+    one_more = make_job()
+
+    ledger.create(one_more, capacity=waiting + 1)
+
+    with pytest.raises(QueueFullError):
+        ledger.create(make_job(), capacity=waiting + 1)
+    ledger.cancel(one_more.id)
+    ledger.create(make_job(), capacity=waiting + 1)

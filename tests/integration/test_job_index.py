@@ -1,0 +1,111 @@
+"""Finding jobs by state, label, verdict and age, and what is counted of them."""
+
+from __future__ import annotations
+
+from tests.integration.jobs import make_job
+from worker.identifiers import new_job_id
+from worker.job_index import JobFilter
+from worker.ledger import Ledger
+from worker.records import JobError, JobRecord, Verdict
+
+
+def listed(ledger: Ledger, wanted: JobFilter) -> list[str]:
+    return [job.id for job in ledger.index.page(200, wanted=wanted).jobs]
+
+
+def finish(ledger: Ledger, job: JobRecord, verdict: Verdict | None = None) -> None:
+    ledger.create(job)
+    ledger.succeed(job.id, ledger.begin(job.id), {}, verdict=verdict)
+
+
+def test_a_job_is_found_under_all_its_labels(ledger: Ledger) -> None:
+    one, other = new_job_id(), new_job_id()
+    both = make_job(one).model_copy(update={"labels": (one, other)})
+    first = make_job(one)
+    for job in (both, first):
+        ledger.create(job)
+
+    assert listed(ledger, JobFilter(labels=frozenset({other}))) == [both.id]
+    assert listed(ledger, JobFilter(labels=frozenset({one, other}))) == [both.id]
+    assert set(listed(ledger, JobFilter(labels=frozenset({one})))) == {both.id, first.id}
+
+
+def test_a_job_is_found_by_what_its_gates_say(ledger: Ledger) -> None:
+    passed, failed, ungated = make_job(), make_job(), make_job()
+    finish(ledger, passed, "pass")
+    finish(ledger, failed, "fail")
+    finish(ledger, ungated)
+
+    found = listed(ledger, JobFilter(verdict="fail"))
+
+    assert failed.id in found
+    assert not {passed.id, ungated.id} & set(found)
+
+
+def test_a_job_moves_from_one_state_to_the_other(ledger: Ledger, queued_job: JobRecord) -> None:
+    ledger.create(queued_job)
+    assert queued_job.id in listed(ledger, JobFilter(state="queued"))
+
+    ledger.begin(queued_job.id)
+
+    assert queued_job.id not in listed(ledger, JobFilter(state="queued"))
+    assert queued_job.id in listed(ledger, JobFilter(state="running"))
+
+
+def test_jobs_are_counted_by_state_and_the_oldest_known(
+    ledger: Ledger, queued_job: JobRecord
+) -> None:
+    before = ledger.index.count("queued")
+
+    ledger.create(queued_job)
+
+    assert ledger.index.count("queued") == before + 1
+    assert ledger.index.longest("queued") > 0
+
+
+def test_jobs_long_in_a_state_are_found(ledger: Ledger, queued_job: JobRecord) -> None:
+    ledger.create(queued_job)
+
+    assert queued_job.id in ledger.index.in_state_for("queued", 0)
+    assert queued_job.id not in ledger.index.in_state_for("queued", 3600)
+
+
+def test_an_expired_job_waits_for_its_record_to_go(ledger: Ledger, queued_job: JobRecord) -> None:
+    finish(ledger, queued_job)
+
+    ledger.expire(queued_job.id)
+
+    assert queued_job.id in ledger.index.in_state_for("expired", 0)
+    assert queued_job.id not in ledger.index.in_state_for("succeeded", 0)
+    assert queued_job.id in listed(ledger, JobFilter(state="succeeded"))
+
+
+def test_a_deleted_job_is_in_no_index(ledger: Ledger) -> None:
+    label = new_job_id()
+    job = make_job(label)
+    finish(ledger, job, "pass")
+
+    ledger.delete(job.id)
+
+    wanted = [
+        JobFilter(),
+        JobFilter(state="succeeded"),
+        JobFilter(verdict="pass"),
+        JobFilter(labels=frozenset({label})),
+    ]
+    assert not any(job.id in listed(ledger, each) for each in wanted)
+    assert job.id not in ledger.index.in_state_for("succeeded", 0)
+
+
+def test_steps_are_counted(ledger: Ledger, queued_job: JobRecord) -> None:
+    before = ledger.index.counters()
+    ledger.create(queued_job)
+    ledger.fail(
+        queued_job.id, ledger.begin(queued_job.id), JobError(kind="limit", message="too large")
+    )
+
+    after = ledger.index.counters()
+
+    for name in ("transitions::queued", "transitions:running:failed", "failures:limit"):
+        assert after[name] == before.get(name, 0) + 1
+    assert after["seconds:queued"] > before.get("seconds:queued", 0)

@@ -1,0 +1,130 @@
+"""The ways out of the ledger's usual course: canceled, handed back, expired, deleted."""
+
+from __future__ import annotations
+
+import pytest
+
+from worker.identifiers import new_job_id
+from worker.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
+from worker.records import Artifact, JobError, JobProgress, JobRecord
+
+MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)
+ERROR = JobError(kind="infeasible", message="the pins contradict the caps")
+HALFWAY = JobProgress(stage="solve", round=2, rounds=5, fraction=0.5)
+
+
+@pytest.fixture
+def queued(ledger: Ledger, queued_job: JobRecord) -> str:
+    ledger.create(queued_job)
+    return queued_job.id
+
+
+@pytest.fixture
+def succeeded(ledger: Ledger, queued: str) -> str:
+    ledger.succeed(queued, ledger.begin(queued), {"mesh": MESH})
+    return queued
+
+
+def test_a_queued_job_is_canceled_at_once(ledger: Ledger, queued: str) -> None:
+    assert ledger.cancel(queued) == "canceled"
+
+    record = ledger.get(queued)
+    assert (record.state, record.attempt) == ("canceled", 0)
+    assert record.finished is not None
+    with pytest.raises(TransitionRefusedError, match="is canceled"):
+        ledger.begin(queued)
+
+
+def test_a_running_job_is_asked_to_stop_and_hears_it_when_it_reports(
+    ledger: Ledger, queued: str
+) -> None:
+    attempt = ledger.begin(queued)
+
+    assert ledger.cancel(queued) == "running"
+
+    assert ledger.is_cancel_requested(queued)
+    with pytest.raises(CancelRequestedError):
+        ledger.report_progress(queued, attempt, HALFWAY)
+    ledger.end_canceled(queued, attempt)
+    assert ledger.get(queued).state == "canceled"
+
+
+def test_canceling_twice_changes_nothing(ledger: Ledger, queued: str) -> None:
+    ledger.cancel(queued)
+    once = ledger.get(queued)
+
+    assert ledger.cancel(queued) == "canceled"
+    assert ledger.get(queued) == once
+
+
+@pytest.mark.parametrize("step", ["succeed", "fail", "retry", "hand_back"])
+def test_a_job_asked_to_stop_ends_canceled_whatever_comes_of_its_attempt(
+    ledger: Ledger, queued: str, step: str
+) -> None:
+    attempt = ledger.begin(queued)
+    ledger.cancel(queued)
+    arguments = {"succeed": [{"mesh": MESH}], "fail": [ERROR]}.get(step, [])
+
+    state = getattr(ledger, step)(queued, attempt, *arguments)
+
+    record = ledger.get(queued)
+    assert state == record.state == "canceled"
+    assert record.finished is not None
+    assert (record.artifacts, record.error) == ({}, None)
+
+
+def test_a_job_that_has_ended_cannot_be_canceled(ledger: Ledger, succeeded: str) -> None:
+    with pytest.raises(TransitionRefusedError, match="is succeeded"):
+        ledger.cancel(succeeded)
+
+
+def test_an_attempt_handed_back_is_counted_as_no_fault(ledger: Ledger, queued: str) -> None:
+    ledger.hand_back(queued, ledger.begin(queued))
+
+    record = ledger.get(queued)
+    assert (record.state, record.attempt, record.handed_back) == ("queued", 1, 1)
+    assert ledger.begin(queued) == 2
+
+
+def test_results_are_written_once(ledger: Ledger, succeeded: str) -> None:
+    other = {"mesh": MESH.model_copy(update={"digest": "b" * 64})}
+
+    with pytest.raises(TransitionRefusedError, match="is succeeded at attempt 1"):
+        ledger.succeed(succeeded, 1, other)
+
+    assert ledger.get(succeeded).artifacts == {"mesh": MESH}
+
+
+def test_an_expired_job_keeps_its_record_but_says_so(ledger: Ledger, succeeded: str) -> None:
+    ledger.expire(succeeded)
+    once = ledger.get(succeeded)
+    ledger.expire(succeeded)
+
+    assert once.state == "succeeded"
+    assert once.expired is not None
+    assert ledger.get(succeeded) == once
+
+
+@pytest.mark.parametrize("step", ["expire", "delete"])
+def test_a_job_that_has_not_ended_neither_expires_nor_is_deleted(
+    ledger: Ledger, queued: str, step: str
+) -> None:
+    with pytest.raises(TransitionRefusedError, match="is queued"):
+        getattr(ledger, step)(queued)
+    ledger.begin(queued)
+    with pytest.raises(TransitionRefusedError, match="is running"):
+        getattr(ledger, step)(queued)
+
+
+def test_a_deleted_job_is_unknown(ledger: Ledger, succeeded: str) -> None:
+    ledger.delete(succeeded)
+
+    for step in (ledger.get, ledger.delete, ledger.cancel, ledger.expire):
+        with pytest.raises(UnknownJobError):
+            step(succeeded)
+
+
+@pytest.mark.parametrize("step", ["cancel", "expire", "delete"])
+def test_an_unknown_job_is_said_to_be_unknown(ledger: Ledger, step: str) -> None:
+    with pytest.raises(UnknownJobError):
+        getattr(ledger, step)(new_job_id())
