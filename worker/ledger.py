@@ -157,6 +157,7 @@ class Ledger:
         artifacts: Mapping[str, Artifact],
         *,
         verdict: Verdict | None = None,
+        timings: Mapping[str, float] | None = None,
         counters: Mapping[str, float] | None = None,
     ) -> JobState:
         """End an attempt with what it made; refused as :meth:`report_progress` is.
@@ -166,6 +167,7 @@ class Ledger:
             attempt: which attempt speaks.
             artifacts: the files, which are in the blob store.
             verdict: what the gates say, if there were any.
+            timings: seconds each stage took.
             counters: amounts to add to the ledger's counters if the step is taken.
 
         Returns:
@@ -173,7 +175,12 @@ class Ledger:
             what the attempt made is kept then.
         """
         made = {name: artifact.model_dump(mode="json") for name, artifact in artifacts.items()}
-        fields = {"finished": _now(), "artifacts": made, "verdict": verdict}
+        fields = {
+            "finished": _now(),
+            "artifacts": made,
+            "verdict": verdict,
+            "timings": dict(timings or {}),
+        }
         digests = sorted({artifact.digest for artifact in artifacts.values()})
         more: dict[str, Any] = {"digests": digests, "counters": dict(counters or {})}
         if verdict is not None:

@@ -83,10 +83,14 @@ class JobRecord(_Frozen):
         expired: when its files were let go.
         cancel_requested: when somebody asked for it to be canceled while it was running.
         options: every option with its resolved value.
-        webhook: where to say that its state has changed.
+        webhook: where to say that it has ended.
+        owner: id of the API key it was sent with; None if it was sent without.
+        context: what its log lines and its trace begin with: ``request_id`` and the fields of
+            W3C Trace Context.
         artifacts: what it made, by name: ``report`` and, of a refinement, ``mesh``,
             ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
         verdict: what the gates say of it, if there were any.
+        timings: seconds each stage took, once it has succeeded.
     """
 
     id: str
@@ -104,10 +108,13 @@ class JobRecord(_Frozen):
     resources: tuple[StoredFile, ...] = ()
     options: dict[str, Any]
     webhook: str | None = None
+    owner: str | None = None
+    context: dict[str, str] = {}
     progress: JobProgress | None = None
     error: JobError | None = None
     artifacts: dict[str, Artifact] = {}
     verdict: Verdict | None = None
+    timings: dict[str, float] = {}
 
     @property
     def has_ended(self) -> bool:
