@@ -5,11 +5,9 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from meshcone.assets import read_asset
-from meshcone.errors import InputError, LimitError, MeshConeError
+from meshcone.errors import InputError, LimitError
 from tests.unit.assets.builders import CUBE, cube_gltf, cube_obj
 
 TRIANGLES = [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]
@@ -85,32 +83,6 @@ def test_other_files_are_refused_by_what_they_are(name, data, message):
     with pytest.raises(InputError, match=message) as caught:
         read_asset(name, data)
     assert caught.value.file == name
-
-
-SEEDS = [cube_obj(), cube_gltf().glb(), cube_gltf().embedded(), stl(), ply(), off()]
-
-
-@settings(deadline=None)
-@given(
-    seed=st.sampled_from(SEEDS),
-    edits=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.binary(max_size=4)), max_size=4),
-    length=st.floats(0, 1),
-)
-def test_any_damage_ends_in_an_asset_or_an_explained_error(seed, edits, length):
-    data = bytearray(seed)
-    for where, replacement in edits:
-        start = int(where * len(data))
-        data[start : start + len(replacement)] = replacement
-    if not edits:
-        del data[int(length * len(data)) :]
-    try:
-        asset = read_asset("damaged", bytes(data))
-        asset.patched(asset.vertices + 1)
-    except MeshConeError as error:
-        explained = error
-    else:
-        explained = None
-    assert explained is None or (explained.message and explained.file == "damaged")
 
 
 def test_positions_agree_with_numpy_text_parsing():
