@@ -173,15 +173,16 @@ def compress(gltf: Gltf, mesh: int = 0, primitive: int = 0, *, keep_copy: bool =
     drawn = document["meshes"][mesh]["primitives"][primitive]
     values = {name: stored(gltf, index) for name, index in drawn["attributes"].items()}
     others = {name: number for number, name in enumerate(values) if name != "POSITION"}
+    positions = values["POSITION"]
     data = DracoPy.encode(
-        values["POSITION"],
+        positions if positions.dtype.kind == "f" else positions.astype(np.int32),
         stored(gltf, drawn["indices"]).reshape(-1, 3).astype(np.uint32),
         quantization_bits=20,
         preserve_order=True,
         generic_attributes={number: values[name] for name, number in others.items()} or None,
     )
-    positions = next(a for a in DracoPy.decode(data).attributes if a["attribute_type"] == 0)
-    ids = {name: others.get(name, positions["unique_id"]) for name in values}
+    first = next(a for a in DracoPy.decode(data).attributes if a["attribute_type"] == 0)
+    ids = {name: others.get(name, first["unique_id"]) for name in values}
     if not keep_copy:
         for index in (drawn["indices"], *drawn["attributes"].values()):
             for key in ("bufferView", "byteOffset"):

@@ -115,6 +115,26 @@ def test_it_is_compressed_again_where_asked_to():
     assert after == before
 
 
+def test_integers_are_compressed_again_as_they_are():
+    gltf = cube_gltf()
+    values = np.frombuffer(bytes(gltf.binary), "<f4", 72).reshape(-1, 3)
+    position = gltf.accessor(np.pad((values * 100).astype("i2"), ((0, 0), (0, 1)))[:, :3])
+    gltf.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = position
+    gltf.json["nodes"][0]["scale"] = [0.01, 0.01, 0.01]
+    compress(gltf)
+    gltf.json["extensionsUsed"].append("KHR_mesh_quantization")
+    asset = read(gltf.glb())
+    after = read(asset.patched(asset.vertices * 2 + 0.07, ENCODE))
+    assert after.vertices == pytest.approx(asset.vertices * 2 + 0.07)
+
+
+def test_a_bitstream_two_meshes_read_cannot_be_compressed_again():
+    gltf = cube()
+    gltf.json["meshes"].append(json.loads(json.dumps(gltf.json["meshes"][0])))
+    with pytest.raises(InputError, match="shares its Draco data"):
+        read(gltf.glb()).ensure_writable(ENCODE)
+
+
 def test_declared_bounds_are_those_of_what_decompresses():
     asset = read(cube().glb())
     data = asset.patched(asset.vertices * np.pi, ENCODE)

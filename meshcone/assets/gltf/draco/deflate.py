@@ -1,10 +1,10 @@
 """Compresses again what came compressed, with the vertices where they are now.
 
 The document goes back to the form it was read in; each bitstream that changed takes the place
-of the old one. Positions are rounded to a grid of 2^16 steps along the longest side of the
-mesh's bounding box, one grid for all primitives of a mesh, so that no seam between them
-opens. Everything else a bitstream holds is stored exactly, and vertices and triangles stay in
-their order, because uncompressed attributes and morph targets count on it.
+of the old one. Positions that are floats are rounded to a grid of 2^16 steps along the longest
+side of the mesh's bounding box, one grid for all primitives of a mesh, so that no seam between
+them opens. Everything else a bitstream holds is stored exactly, and vertices and triangles stay
+in their order, because uncompressed attributes and morph targets count on it.
 """
 
 from __future__ import annotations
@@ -34,13 +34,23 @@ _STORABLE = {"float32", "uint8", "uint16", "uint32"}
 def check_encodable(primitives: Iterable[DracoPrimitive]) -> None:
     """Check that ``deflate`` can write what primitives hold.
 
+    Primitives may share a bitstream, if they take the same of it.
+
     Raises:
-        InputError: an attribute has a type that is not supported, or positions are quantised.
+        InputError: an attribute besides the positions has signed integers, or a bitstream is
+            shared by primitives of several meshes or with other attributes.
     """
+    uses: dict[int, tuple[int, dict[str, int]]] = {}
     for primitive in primitives:
+        accessors = {name: accessor.index for name, (accessor, _) in primitive.attributes.items()}
+        use = (primitive.mesh, accessors)
+        if uses.setdefault(primitive.view, use) != use:
+            raise primitive.element.error(
+                "extensions", "shares its Draco data in a way that cannot be compressed again"
+            )
         for name, (accessor, _) in primitive.attributes.items():
             component = accessor.component.name
-            if component not in _STORABLE or (name == "POSITION" and component != "float32"):
+            if component not in _STORABLE and name != "POSITION":
                 raise accessor.element.error(
                     "componentType",
                     f"{name[:40]} of type {component} cannot be compressed again; set draco=plain",
@@ -78,8 +88,9 @@ def deflate(
         for primitive in mesh:
             if primitive.view not in written:
                 written[primitive.view] = _encode(draft, editor, primitive, grid)
+            ids = {name: written[primitive.view][name] for name in primitive.attributes}
             path = ("meshes", primitive.mesh, "primitives", primitive.number, "extensions", DRACO)
-            draft.put((*path, "attributes"), written[primitive.view])
+            draft.put((*path, "attributes"), ids)
     return draft.finish()
 
 
@@ -117,8 +128,10 @@ def _encode(
     values = {name: editor.read(_plain(editor, primitive, name)) for name in primitive.attributes}
     others = {name: number for number, name in enumerate(values) if name != "POSITION"}
     indices = editor.read(editor.accessors.describe(primitive.indices.index))
+    positions = values["POSITION"]
     data = DracoPy.encode(
-        values["POSITION"],
+        # Integers are stored as they are: what is quantised already is not rounded again.
+        positions if positions.dtype.kind == "f" else positions.astype(np.int32),
         indices.reshape(-1, 3).astype(np.uint32),
         quantization_bits=POSITION_BITS,
         compression_level=_LEVEL,
@@ -129,7 +142,8 @@ def _encode(
     )
     decoded = DracoPy.decode(data)  # our own bytes: nothing to fear of them
     stored = next(a for a in decoded.attributes if a["attribute_type"] == _POSITION)
-    _put_bounds(draft, primitive.attributes["POSITION"][0], stored["data"])
+    accessor = primitive.attributes["POSITION"][0]
+    _put_bounds(draft, accessor, stored["data"].astype(accessor.component))
     draft.replace(primitive.view, data)
     return {name: others.get(name, stored["unique_id"]) for name in values}
 
