@@ -1,0 +1,31 @@
+"""What a caller can ask of the engine, with every default in one place.
+
+The models are the single source for the command line's ``--set``, the HTTP API's
+``options`` field and the ``options`` section of the report. Distances are relative
+to the reference's radius (the unit sphere of the paper) unless a field says otherwise.
+"""
+
+from meshcone.options.cones import ConeOptions, EdgeCapOptions, Length, PinOptions
+from meshcone.options.everything import Formulation, Mode, Options
+from meshcone.options.files import SelectOptions
+from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
+from meshcone.options.quality import QualityOptions
+from meshcone.options.reading import parse_assignments, parse_options, parse_options_json
+
+__all__ = [
+    "CentroidOptions",
+    "ConeOptions",
+    "EdgeCapOptions",
+    "Formulation",
+    "Length",
+    "Mode",
+    "Options",
+    "PinOptions",
+    "QualityOptions",
+    "SelectOptions",
+    "SolverOptions",
+    "SurfaceOptions",
+    "parse_assignments",
+    "parse_options",
+    "parse_options_json",
+]

@@ -1,0 +1,71 @@
+"""The constraints a caller can add."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from meshcone.options.section import Positive, Section
+
+
+class Length(Section):
+    """A length, relative to the reference's radius or in model units: exactly one of the two."""
+
+    relative: Positive | None = Field(None, description="share of the reference's radius")
+    model: Positive | None = Field(None, description="in the unit of the files")
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> Length:
+        if (self.relative is None) == (self.model is None):
+            raise ValueError("give either 'relative' or 'model'")
+        return self
+
+    def in_frame(self, radius: float) -> float:
+        """Return the length in a frame whose unit is ``radius`` model units."""
+        if self.model is not None:
+            return self.model / radius
+        assert self.relative is not None  # noqa: S101 - the validator above has seen to it
+        return self.relative
+
+
+class EdgeCapOptions(Section):
+    """A further cap on edge lengths; exactly one of the fields."""
+
+    length: Length | None = Field(None, description="the same cap for every edge")
+    times_input: Positive | None = Field(None, description="multiple of each edge's input length")
+    times_local_median: Positive | None = Field(
+        None, description="multiple of the median input length of the edges at either end"
+    )
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> EdgeCapOptions:
+        given = [self.length, self.times_input, self.times_local_median]
+        if sum(value is not None for value in given) != 1:
+            raise ValueError("give one of 'length', 'times_input' and 'times_local_median'")
+        return self
+
+
+class PinOptions(Section):
+    """Which vertices stay where they are."""
+
+    boundary: bool = Field(False, description="vertices on open borders")
+    region_borders: bool = Field(
+        False, description="vertices where two materials or groups meet, or one ends"
+    )
+    vertices: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        (), description="vertices by their index in the file, counted from 0"
+    )
+
+
+class ConeOptions(Section):
+    """Constraints every answer of the surface program must satisfy."""
+
+    edge_cap: EdgeCapOptions | None = Field(
+        None, description="a further cap on edge lengths; the tighter one holds for each edge"
+    )
+    max_displacement: Length | None = Field(None, description="how far any vertex may move")
+    tolerance_band: Length | None = Field(
+        None, description="distance of every vertex from the plane at its closest reference point"
+    )
+    pin: PinOptions = PinOptions()

@@ -1,0 +1,98 @@
+"""All options of a refinement, and the presets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from meshcone.gates.rules import GateRule
+from meshcone.options.cones import ConeOptions
+from meshcone.options.files import SelectOptions
+from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
+from meshcone.options.quality import QualityOptions
+from meshcone.options.section import Section
+
+Formulation = Literal["surface", "centroid"]
+Mode = Literal["refine", "measure"]
+
+# What a preset puts in place of the defaults; what a caller sets besides still holds.
+_PRESETS: dict[str, dict[str, Any]] = {
+    "paper": {
+        "formulation": "centroid",
+        "quality": {"sampling": "random", "samples": 5000, "emd_samples": 5000},
+    }
+}
+
+
+class Options(Section):
+    """Everything a refinement depends on besides the two files."""
+
+    mode: Mode = Field(
+        "refine",
+        description="refine: move the source's vertices; measure: report how it compares with "
+        "the reference and move nothing",
+    )
+    gates: dict[str, GateRule] = Field(
+        {}, description="bounds on values of the report, by their names; see gates"
+    )
+    preset: Literal["default", "paper"] = Field(
+        "default",
+        description="which defaults hold: paper takes the formulation, the sampling and the "
+        "numbers of samples of the paper's experiments",
+    )
+    formulation: Formulation = Field("surface", description="which program to solve")
+    effort: Literal["fast", "best"] = Field(
+        "best",
+        description="fast: the surface program once, as set; best: several settings of it, "
+        "of which the one closest to the reference is kept",
+    )
+    align: Literal["none", "rigid", "similarity"] = Field(
+        "none",
+        description="how the source is brought to the reference first; the refined file "
+        "stays where the source was",
+    )
+    normals: Literal["recompute", "keep"] = Field(
+        "recompute", description="what happens to stored normals where positions moved"
+    )
+    instances: Literal["refuse", "split"] = Field(
+        "refuse",
+        description="what happens to a mesh that several nodes of a glTF use, and to vertex "
+        "data that several meshes share: refuse, or split into copies",
+    )
+    draco: Literal["plain", "encode"] = Field(
+        "plain",
+        description="how what was compressed with Draco is written: as plain buffers, or "
+        "compressed again",
+    )
+    select: SelectOptions = SelectOptions()
+    seed: int = Field(0, ge=0, le=2**31 - 1, description="seed of every sampling")
+    baselines: bool = Field(
+        False,
+        description="score plain closest-point projection and Laplacian smoothing of the "
+        "source as well",
+    )
+    centroid: CentroidOptions = CentroidOptions()
+    surface: SurfaceOptions = SurfaceOptions()
+    cones: ConeOptions = ConeOptions()
+    solver: SolverOptions = SolverOptions()
+    quality: QualityOptions = QualityOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_preset(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or not isinstance(given.get("preset"), str):
+            return given
+        return _filled_in(given, _PRESETS.get(given["preset"], {}))
+
+
+def _filled_in(given: dict[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Add what a nested document leaves open."""
+    filled = dict(given)
+    for name, value in defaults.items():
+        if isinstance(value, Mapping) and isinstance(filled.setdefault(name, {}), dict):
+            filled[name] = _filled_in(filled[name], value)
+        else:
+            filled.setdefault(name, value)
+    return filled

@@ -1,0 +1,35 @@
+"""How the metrics are sampled."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from meshcone.options.section import Section
+
+
+class QualityOptions(Section):
+    """How the metrics are sampled."""
+
+    sampling: Literal["sobol", "random"] = Field(
+        "sobol",
+        description="sobol: a scrambled low-discrepancy sequence; random: independent draws",
+    )
+    samples: int = Field(5000, ge=16, le=1_000_000, description="samples per surface")
+    emd_samples: int = Field(
+        1024, ge=16, le=8192, description="samples per surface for the exact earth mover's distance"
+    )
+    curvature_samples: int = Field(
+        512,
+        ge=16,
+        le=1_000_000,
+        description="samples per surface for the curvature error, of the others",
+    )
+    intersection_pairs: int = Field(
+        5_000_000,
+        ge=0,
+        le=1_000_000_000,
+        description="pairs of faces that may be tested for self-intersections, about a "
+        "microsecond each; a mesh that has more is not tested",
+    )

@@ -1,0 +1,94 @@
+"""Options as callers write them: JSON, and ``key=value`` on a command line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from meshcone.errors import InputError
+from meshcone.gates.rules import GateRule
+from meshcone.options.everything import Options
+from meshcone.suggestions import did_you_mean
+
+
+def parse_options(document: Mapping[str, Any]) -> Options:
+    """Validate a nested mapping of options.
+
+    Raises:
+        InputError: naming the first option that is unknown or out of range.
+    """
+    try:
+        return Options.model_validate(document)
+    except ValidationError as error:
+        raise InputError(_explain(error)) from None
+
+
+def parse_options_json(text: str | bytes) -> Options:
+    """Validate a JSON object of options.
+
+    Raises:
+        InputError: the text is no JSON object, or an option in it is unknown or out of range.
+    """
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError("options are not valid JSON") from None
+    if not isinstance(document, dict):
+        raise InputError(f"options must be a JSON object, found {_json_type(document)}")
+    return parse_options(document)
+
+
+def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
+    """Turn ``surface.edge_cap=2.5`` assignments into the nested mapping they mean.
+
+    Values are read as JSON where they are JSON and as plain strings otherwise.
+
+    Raises:
+        InputError: an assignment has no ``=`` or sets a value and something below it.
+    """
+    document: dict[str, Any] = {}
+    for assignment in assignments:
+        path, equals, text = assignment.partition("=")
+        if not equals or not path:
+            raise InputError(f"expected KEY=VALUE, found '{assignment}'")
+        *parents, leaf = path.split(".")
+        section = document
+        for parent in parents:
+            section = section.setdefault(parent, {})
+            if not isinstance(section, dict):
+                raise InputError(f"'{parent}' in '{path}' already has a value of its own")
+        try:
+            section[leaf] = json.loads(text)
+        except ValueError:
+            section[leaf] = text
+    return document
+
+
+def _explain(error: ValidationError) -> str:
+    first = error.errors()[0]
+    path = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return f"unknown option '{path}'{did_you_mean(path, _known_beside(path, first['loc']))}"
+    return f"option '{path}': {first['msg'].lower()}"
+
+
+def _known_beside(path: str, parts: tuple[int | str, ...]) -> Iterable[str]:
+    if parts[0] == "gates":  # whose names are the report's, not ours
+        parent = path.rpartition(".")[0]
+        return (f"{parent}.{name}" for name in GateRule.model_fields)
+    return _known_paths(Options)
+
+
+def _known_paths(model: type[BaseModel], prefix: str = "") -> Iterable[str]:
+    for name, field in model.model_fields.items():
+        yield prefix + name
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from _known_paths(field.annotation, f"{prefix}{name}.")
+
+
+def _json_type(value: object) -> str:
+    names = {list: "an array", str: "a string", bool: "a boolean", type(None): "null"}
+    return names.get(type(value), "a number")

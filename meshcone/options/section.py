@@ -1,0 +1,16 @@
+"""What every section of the options is, and the numbers they are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """Options of one concern; a name nobody knows is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
