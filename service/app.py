@@ -11,12 +11,12 @@ from fastapi import FastAPI
 
 from meshcone.options import Options
 from meshcone.settings import load_settings
-from service import health, jobs, problems, results
-from service.auth import Authentication, KeyRing
+from service import health, jobs, metrics, problems, results
+from service.auth import Authentication, KeyRing, describe_security
 from service.body_limit import BodyLimit
 from service.context import open_context
 from service.headers import SecurityHeaders
-from service.request_log import RequestLog
+from service.request_log import PROBES, RequestLog
 from service.settings import ServiceSettings
 from worker.connections import connect_async
 
@@ -36,6 +36,7 @@ class Application(FastAPI):
         schema = Options.model_json_schema(ref_template="#/components/schemas/{model}")
         definitions = schema.pop("$defs", {})
         document["components"]["schemas"].update({**definitions, "Options": schema})
+        describe_security(document)
         return document
 
 
@@ -65,6 +66,13 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
         version=version("meshcone"),
         description=DESCRIPTION,
         lifespan=lifespan,
+        telemetry={
+            "auto_configure": True,  # sends spans if OTEL_EXPORTER_OTLP_ENDPOINT says where to
+            "metrics": False,  # service.metrics has better ones
+            "logs": False,
+            "operation_spans": False,
+            "exclude": lambda scope: scope["path"] in PROBES,
+        },
         docs_url=None,  # the page loads its scripts from another site
         redoc_url=None,
         responses={
@@ -80,6 +88,7 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
     app.include_router(jobs.router)
     app.include_router(results.router)
     app.include_router(health.router)
+    app.include_router(metrics.router)
     problems.install_handlers(app)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
     app.add_middleware(Authentication, keys_required=keys_required)

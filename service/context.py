@@ -9,23 +9,33 @@ from typing import TYPE_CHECKING, Annotated
 
 from fastapi import Depends, Request
 
+from service.quotas import JobQuotas
 from worker.blobs import BlobStore
 from worker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
 from worker.ledger import Ledger
 from worker.queue import JobQueue
 
 if TYPE_CHECKING:
+    from redis import Redis
+
     from service.settings import ServiceSettings
 
 
 @dataclass(frozen=True)
 class Context:
-    """The rooms behind the front end, connected."""
+    """The rooms behind the front end, connected.
+
+    Attributes:
+        redis: the broker, with replies that are strings.
+        quotas: what each API key may still send.
+    """
 
     settings: ServiceSettings
+    redis: Redis
     ledger: Ledger
     queue: JobQueue
     blobs: BlobStore
+    quotas: JobQuotas
 
 
 @contextmanager
@@ -38,12 +48,14 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
     url = settings.required_redis_url()
     queue_client = connect_bytes(url)
     queue_client.connection_pool.connection_kwargs["socket_timeout"] = REPLY_TIMEOUT
-    with connect_text(url) as ledger_client, queue_client:
+    with connect_text(url) as client, queue_client:
         yield Context(
             settings=settings,
-            ledger=Ledger(ledger_client),
+            redis=client,
+            ledger=Ledger(client),
             queue=JobQueue(settings, queue_client),
             blobs=BlobStore.open(settings),
+            quotas=JobQuotas(client, settings),
         )
 
 

@@ -17,7 +17,8 @@ logger = structlog.get_logger(__name__)
 
 HEADER = "X-Request-Id"
 _ACCEPTABLE = re.compile(r"[\w.-]{8,128}", re.ASCII)
-_PROBES = frozenset({"/livez", "/readyz", "/metrics"})
+PROBES = frozenset({"/livez", "/readyz", "/metrics"})
+"""Paths asked for every few seconds; that all was well is no news."""
 
 
 class RequestLog:
@@ -49,7 +50,7 @@ class RequestLog:
             try:
                 await self._app(scope, receive, send_with_name)
             finally:
-                if status >= 400 or scope["path"] not in _PROBES:
+                if status >= 400 or scope["path"] not in PROBES:
                     _write(scope, status, time.monotonic() - started)
 
 

@@ -27,7 +27,7 @@ class WebhookSettings(WorkerSettings):
         default=5,
         gt=0,
         le=3600,
-        description="seconds before a webhook is sent again; each pause is six times the one before",
+        description="seconds before a webhook is sent again; each pause is six times the last",
     )
     webhook_timeout: float = Field(
         default=20, gt=0, le=120, description="seconds a receiver may take to answer"
