@@ -114,21 +114,16 @@ class GltfAsset(Asset):
         if policy.instances == "split":
             moving = Moving.of(model.scene, self._surface, policy)
             split = split_shared(model.document, model.accessors, moving, model.limits)
-            model = self._extended(split, policy)
+            if split and model.compressed and policy.draco == "encode":
+                raise InputError("copies of what is shared cannot be compressed; set draco=plain")
+            model = self._rebuilt(*split) if split else model
         check_ownership(
             model.document, model.accessors, Moving.of(model.scene, self._surface, policy)
         )
         return model
 
-    def _extended(self, changed: tuple[Document, Buffers] | None, policy: WritePolicy) -> Model:
-        if changed is None:
-            return self._model
-        if policy.draco == "encode" and self._model.compressed:
-            raise InputError(
-                "what is shared, or out of the range of its integers, is stored anew, which "
-                "cannot be compressed again; set draco=plain"
-            )
-        model = self._model.rebuilt(*changed)
+    def _rebuilt(self, document: Document, buffers: Buffers) -> Model:
+        model = self._model.rebuilt(document, buffers)
         if not np.array_equal(model.scene.triangles, self._surface.triangles):
             raise InternalError("copying what is shared has changed the order of the vertices")
         return model
@@ -139,7 +134,7 @@ class GltfAsset(Asset):
             return self._data
         model = self._writable(policy)
         roomier = make_room(model, positions, moved)
-        model = self._extended(roomier, policy) if roomier else model
+        model = self._rebuilt(*roomier) if roomier else model
         editor = BufferEditor(model.accessors)
         model.store_positions(editor, positions, moved)
         if policy.normals == "recompute":

@@ -126,6 +126,9 @@ def test_integers_are_compressed_again_as_they_are():
     asset = read(gltf.glb())
     after = read(asset.patched(asset.vertices * 2 + 0.07, ENCODE))
     assert after.vertices == pytest.approx(asset.vertices * 2 + 0.07)
+    data = asset.patched(asset.vertices * 1000, ENCODE)
+    assert chunks(data)[0]["accessors"][position]["componentType"] == 5126
+    assert read(data).vertices == pytest.approx(asset.vertices * 1000, abs=1000 / 2**16)
 
 
 def test_a_bitstream_two_meshes_read_cannot_be_compressed_again():

@@ -27,6 +27,7 @@ from meshcone.assets.limits import Limits
 
 POSITION_BITS = 16
 _POSITION = 0  # attribute type in a bitstream
+_FLOAT = 5126
 _LEVEL = 7  # of compression, of 10: beyond it takes long and gains little
 _STORABLE = {"float32", "uint8", "uint16", "uint32"}
 
@@ -143,7 +144,10 @@ def _encode(
     decoded = DracoPy.decode(data)  # our own bytes: nothing to fear of them
     stored = next(a for a in decoded.attributes if a["attribute_type"] == _POSITION)
     accessor = primitive.attributes["POSITION"][0]
-    _put_bounds(draft, accessor, stored["data"].astype(accessor.component))
+    if positions.dtype != accessor.component:  # integers that were given room
+        draft.put(("accessors", accessor.index, "componentType"), _FLOAT)
+        draft.put(("accessors", accessor.index, "normalized"), False)
+    _put_bounds(draft, accessor, stored["data"].astype(positions.dtype))
     draft.replace(primitive.view, data)
     return {name: others.get(name, stored["unique_id"]) for name in values}
 
