@@ -2,15 +2,15 @@
 
 Each carries a *public* message, written for the person who sent the file, and a
 ``kind`` that says whose turn it is: ``input`` and ``limit`` are for the sender,
-``infeasible`` for whoever chose the options, ``timeout`` and ``internal`` for the
-operator.
+``infeasible`` for whoever chose the options, ``timeout``, ``memory``, ``crash`` and
+``internal`` for the operator.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-ErrorKind = Literal["input", "limit", "infeasible", "timeout", "internal"]
+ErrorKind = Literal["input", "limit", "infeasible", "timeout", "memory", "crash", "internal"]
 
 
 class MeshConeError(Exception):
@@ -58,6 +58,18 @@ class SolveTimeoutError(MeshConeError):
     """The time allowed for the job ran out before the program was solved."""
 
     kind = "timeout"
+
+
+class OutOfMemoryError(MeshConeError):
+    """The job needs more memory than it may have."""
+
+    kind = "memory"
+
+
+class CrashError(MeshConeError):
+    """The process that ran the job died, and not of the causes that have a kind of their own."""
+
+    kind = "crash"
 
 
 class InternalError(MeshConeError):

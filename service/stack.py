@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
-import signal
-import subprocess
-import sys
+import socket
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -16,29 +14,28 @@ from typing import Self
 import httpx2
 
 from meshcone.errors import InternalError
+from service.children import Child, end
 from service.server import listen
 from worker.broker import EmbeddedBroker
 from worker.connections import connect_bytes
-from worker.lifeline import tied_command
 from worker.queue import JobQueue
 from worker.settings import WorkerSettings
 
 READY_TIMEOUT = 60.0  # seconds; a worker imports the solver first, 2.5 s on an idle machine
 API_STOP_TIMEOUT = 15.0  # seconds
-WORKER_STOP_TIMEOUT = 10.0  # seconds; a longer job is started again when the service is
+WORKER_STOP_TIMEOUT = 10.0  # seconds for the job in hand; a longer one is handed back
+HAND_BACK_TIMEOUT = 5.0  # seconds to do that
+_API = "API"
 
-
-@dataclass(frozen=True)
-class _Child:
-    name: str
-    process: subprocess.Popen[bytes]
+logger = logging.getLogger(__name__)
 
 
 class Stack:
     """An embedded broker (unless one is given), the API and some workers.
 
     The children end with this process, however it ends; a job in hand is then started
-    again by the next stack on the same data.
+    again by the next stack on the same data. What ends before is started again by
+    :meth:`mend`, which is to be called every now and then.
 
     Args:
         settings: whose ``redis_url``, if any, replaces the embedded broker.
@@ -68,7 +65,8 @@ class Stack:
         self._workers = workers
         self._log = log
         self._broker: EmbeddedBroker | None = None
-        self._children: list[_Child] = []
+        self._listener: socket.socket | None = None
+        self._children: list[Child] = []
         self.redis_url = settings.redis_url or ""
         self.url = ""
 
@@ -98,73 +96,72 @@ class Stack:
             raise
 
     def _start(self) -> None:
-        with listen(*self._address) as listener:
-            host, port = listener.getsockname()[:2]
-            self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-            if self._settings.redis_url is None:
-                self._broker = EmbeddedBroker(self._settings.data_dir)
-                self._broker.start()
-                self.redis_url = self._broker.url
-            for number in range(self._workers):
-                self._spawn(f"worker {number + 1}", ["worker"])
-            self._spawn("API", ["api", "--fd", str(listener.fileno())], [listener.fileno()])
+        # Open as long as the stack is: who calls while the API starts again is kept waiting,
+        # not refused.
+        self._listener = listen(*self._address)
+        host, port = self._listener.getsockname()[:2]
+        self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+        if self._settings.redis_url is None:
+            self._broker = EmbeddedBroker(self._settings.data_dir)
+            self._broker.start()
+            self.redis_url = self._broker.url
+        for number in range(self._workers):
+            self._add(f"worker {number + 1}", ["worker"])
+        fd = self._listener.fileno()
+        self._add(_API, ["api", "--fd", str(fd)], [fd])
         self._wait_until_ready()
 
     def stop(self) -> None:
         """End everything, the API first, the broker last. Harmless if nothing runs."""
-        api = [child for child in self._children if child.name == "API"]
-        workers = [child for child in self._children if child.name != "API"]
-        _end(api, API_STOP_TIMEOUT)
-        _end(workers, WORKER_STOP_TIMEOUT)
+        end([child for child in self._children if child.name == _API], API_STOP_TIMEOUT)
+        workers = [child for child in self._children if child.name != _API]
+        end(workers, WORKER_STOP_TIMEOUT, HAND_BACK_TIMEOUT)
         self._children.clear()
         if self._broker is not None:
             self._broker.stop()
             self._broker = None
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+
+    def pids(self) -> dict[str, int]:
+        """Process ids by what the processes are called."""
+        found = {child.name: child.process.pid for child in self._children}
+        if self._broker is not None and self._broker.pid is not None:
+            found["broker"] = self._broker.pid
+        return found
 
     def worker_pids(self) -> list[int]:
         """Process ids of the workers."""
-        return [child.process.pid for child in self._children if child.name != "API"]
+        return [pid for name, pid in self.pids().items() if name.startswith("worker")]
 
-    def check(self) -> None:
-        """Look whether everything still runs.
+    def mend(self) -> None:
+        """Start again what has ended unasked.
 
         Raises:
-            InternalError: naming what has ended unasked.
+            InternalError: naming what keeps ending.
         """
-        for child in self._children:
-            if child.process.poll() is not None:
-                raise InternalError(f"the {child.name} ended unexpectedly; see its log")
         if self._broker is not None and self._broker.has_ended():
-            raise InternalError("the embedded broker ended unexpectedly; see its log")
+            logger.error("the embedded broker ended; starting it again")
+            self._broker.start()
+        for child in self._children:
+            child.mend()
 
-    def _spawn(self, name: str, arguments: Sequence[str], fds: Sequence[int] = ()) -> None:
+    def _add(self, name: str, arguments: Sequence[str], fds: Sequence[int] = ()) -> None:
         environment = {
             **os.environ,
             **_environment(self._settings),
             "MESHCONE_REDIS_URL": self.redis_url,
         }
-        command = tied_command([sys.executable, "-m", "service.cli", *arguments], signal.SIGKILL)
-        log = self._log.open("ab") if self._log else None
-        try:
-            process = subprocess.Popen(  # noqa: S603 - our own program
-                command,
-                env=environment,
-                pass_fds=fds,
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                # Ctrl-C in a terminal is for the parent alone, which stops them in order.
-                start_new_session=True,
-            )
-        finally:
-            if log is not None:
-                log.close()
-        self._children.append(_Child(name, process))
+        child = Child(name, arguments, environment=environment, log=self._log, fds=fds)
+        self._children.append(child)
 
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + READY_TIMEOUT
         while time.monotonic() < deadline:
-            self.check()
+            for child in self._children:
+                if child.has_ended():
+                    raise InternalError(f"the {child.name} did not start; see its log")
             if self._is_ready() or self._given_up():
                 return
             time.sleep(0.1)
@@ -188,15 +185,3 @@ def _environment(settings: WorkerSettings) -> dict[str, str]:
         for name in sorted(settings.model_fields_set)
         if getattr(settings, name) is not None
     }
-
-
-def _end(children: Sequence[_Child], timeout: float) -> None:
-    for child in children:
-        child.process.terminate()
-    deadline = time.monotonic() + timeout
-    for child in children:
-        try:
-            child.process.wait(max(0.0, deadline - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            child.process.kill()
-            child.process.wait()

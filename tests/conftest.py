@@ -45,7 +45,7 @@ def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def stack(data_dir: Path) -> Iterator[Stack]:
     """Broker, API and a worker, in processes of their own."""
-    settings = WorkerSettings(data_dir=data_dir, monitoring_interval=1)
+    settings = WorkerSettings(data_dir=data_dir)
     with Stack(settings, log=data_dir / "service.log") as running:
         yield running
 

@@ -104,6 +104,11 @@ class EmbeddedBroker:
             shutil.rmtree(self._private_directory, ignore_errors=True)
             self._private_directory = None
 
+    @property
+    def pid(self) -> int | None:
+        """The server's process id, if it has been started."""
+        return None if self._process is None else self._process.pid
+
     def has_ended(self) -> bool:
         """Whether the server is gone without having been asked."""
         return self._process is not None and self._process.poll() is not None
@@ -126,6 +131,7 @@ class EmbeddedBroker:
                 return lock
 
     def _choose_socket(self) -> None:
+        # A server that is started again listens where its clients look for it.
         if len(bytes(self._socket)) > SOCKET_PATH_LIMIT:
             self._private_directory = Path(tempfile.mkdtemp(prefix="meshcone-"))
             self._socket = self._private_directory / "valkey.sock"

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
+
+from redis.exceptions import ConnectionError as RedisConnectionError
+from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from meshcone.progress import Progress
 from worker.ledger import Ledger
@@ -31,4 +35,6 @@ class ProgressReporter:
         if progress.stage == self._stage and now - self._written_at < INTERVAL:
             return
         self._stage, self._written_at = progress.stage, now
-        self._ledger.report_progress(self._job_id, self._attempt, JobProgress.of(progress))
+        # A broker that is away costs a line of progress, not the job.
+        with suppress(RedisConnectionError, RedisTimeoutError):
+            self._ledger.report_progress(self._job_id, self._attempt, JobProgress.of(progress))

@@ -55,26 +55,43 @@ class WorkerSettings(BaseSettings):
         le=3,
         description="times a job is started before its worker's death fails it",
     )
-    worker_ttl: int = Field(
-        default=30,
-        ge=20,
-        description="seconds after which a silent idle worker is presumed dead; RQ blocks on the "
-        "queue for 15 seconds less than this, and can act on nothing else meanwhile",
+    job_memory_bytes: int = Field(
+        default=8 * 1024**3,
+        ge=0,
+        description="memory one job may take beyond what its worker holds; 0 for no limit",
     )
-    monitoring_interval: int = Field(
-        default=5,
-        ge=1,
-        description="seconds between heartbeats of a busy worker; a job whose worker died is "
-        "noticed this long plus a minute later",
+    job_file_bytes: int = Field(
+        default=2 * 1024**3,
+        ge=0,
+        description="size of any one file a job writes; 0 for no limit",
     )
-    maintenance_interval: int = Field(
-        default=15, ge=1, description="seconds between searches for jobs of dead workers"
+    stop_grace: float = Field(
+        default=30.0,
+        ge=0,
+        description="seconds a worker that is asked to stop gives the job in hand before it "
+        "hands it back to the queue",
+    )
+    heartbeat_timeout: float = Field(
+        default=10.0,
+        ge=3,
+        description="seconds after which an attempt whose worker gives no sign of life is dead; "
+        "workers give one every second",
+    )
+    reconcile_interval: float = Field(
+        default=2.0,
+        gt=0,
+        description="seconds between two comparisons of ledger and queue; what two in a row find "
+        "wrong is put right",
     )
     result_ttl: int = Field(
-        default=60, ge=0, description="seconds RQ keeps its own record of a job that ended well"
+        default=7 * 86_400,
+        ge=0,
+        description="seconds the files of a job that has ended are kept; 0 for ever",
     )
-    failure_ttl: int = Field(
-        default=86_400, ge=0, description="seconds RQ keeps its own record of a job that failed"
+    record_ttl: int = Field(
+        default=30 * 86_400,
+        ge=0,
+        description="seconds an expired job is still known as such; 0 for ever",
     )
 
     def required_redis_url(self) -> str:

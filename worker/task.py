@@ -3,86 +3,145 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
-from rq.timeouts import JobTimeoutException
+from obstore.exceptions import BaseError as BlobStoreError
+from redis.exceptions import RedisError
 
-from meshcone.errors import LimitError, MeshConeError, SolveTimeoutError
+from meshcone.errors import (
+    InternalError,
+    LimitError,
+    MeshConeError,
+    OutOfMemoryError,
+    SolveTimeoutError,
+)
 from meshcone.files import MeshFile
 from meshcone.measure import measure
-from meshcone.options import parse_options
+from meshcone.options import Options, parse_options
 from meshcone.progress import ProgressCallback
 from meshcone.refine import refine
 from meshcone.settings import load_settings
 from worker.artifacts import ArtifactFile, JobFiles, of_measurement, of_refinement
-from worker.blob_register import BlobRegister
+from worker.blob_register import BlobBusyError, BlobRegister
 from worker.blobs import BlobStore
 from worker.connections import connect_text
-from worker.failures import TIMEOUT_MESSAGE, give_up_attempt
-from worker.ledger import CancelRequestedError, Ledger, TransitionRefusedError
+from worker.ledger import (
+    CancelRequestedError,
+    Ledger,
+    TransitionRefusedError,
+    UnknownJobError,
+)
+from worker.patience import patiently
 from worker.progress import ProgressReporter
-from worker.records import Artifact, JobError, JobRecord, StoredFile
+from worker.records import Artifact, JobError, JobRecord, JobState, StoredFile, Verdict
+from worker.sandbox import confine
 from worker.settings import WorkerSettings
+from worker.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
+from worker.time_limit import TimeLimitReached, time_limit
 
 logger = logging.getLogger(__name__)
 
+SOLVER_SHARE = 0.9  # of the job's time, which one solve may take at most
 
-def run(job_id: str) -> None:
-    """Run a job of the ledger to its end.
 
-    The sender's errors end in the ledger. An error nobody expected leaves this function,
-    and is recorded by :class:`worker.failures.FailureRecorder`.
+def run(job_id: str, attempt: int) -> int:
+    """Run an attempt of a job to its end, in a process of its own.
+
+    Returns:
+        An exit code: ``EX_OK`` if the ledger has been told, or knows better;
+        ``EX_TEMPFAIL`` if broker or file store failed, which may be worth another attempt.
     """
     settings = load_settings(WorkerSettings)
+    confine(settings)
     client = connect_text(settings.required_redis_url())
     ledger = Ledger(client)
     try:
-        attempt = _begin(ledger, job_id, settings)
+        record = patiently(partial(ledger.get, job_id))
         results = _Results(BlobStore.open(settings), BlobRegister(client))
-        _run_attempt(ledger, results, job_id, attempt)
-    except TransitionRefusedError as refusal:
+        report = ProgressReporter(ledger, job_id, attempt)
+        patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
+    except (TransitionRefusedError, UnknownJobError) as refusal:
         # Canceled, or taken up by another worker that thought this one dead.
         logger.warning("left alone: %s", refusal)
+    except (RedisError, BlobStoreError, BlobBusyError):
+        logger.exception("broker or file store failed under job %s", job_id)
+        return os.EX_TEMPFAIL
+    return os.EX_OK
 
 
-def _begin(ledger: Ledger, job_id: str, settings: WorkerSettings) -> int:
-    record = ledger.get(job_id)
-    if record.state == "running":  # its worker died and nobody noted it
-        give_up_attempt(ledger, record, settings.attempts)
-    return ledger.begin(job_id)
+@dataclass(frozen=True)
+class _Job:
+    settings: WorkerSettings
+    record: JobRecord
+    results: _Results
+    progress: ProgressCallback
+
+    def done(self) -> tuple[dict[str, Artifact], Verdict | None]:
+        """Do the work and store its files, within the time limit."""
+        with time_limit(self.settings.job_timeout):
+            made = _work(self.record, self.results.blobs, self.progress, self.settings.job_timeout)
+            _require_small(made.files, self.settings.job_file_bytes)
+            return self.results.store(made.files), made.verdict
 
 
-def _run_attempt(ledger: Ledger, results: _Results, job_id: str, attempt: int) -> None:
-    record = ledger.get(job_id)
+def _last_step(
+    ledger: Ledger, record: JobRecord, attempt: int, job: _Job
+) -> Callable[[], JobState | None]:
+    """Do a job; what is to be told to the ledger about it."""
     error: MeshConeError
     try:
-        made = _work(record, results.blobs, ProgressReporter(ledger, job_id, attempt))
-        artifacts = results.store(made.files)
+        artifacts, verdict = job.done()
+    except (RedisError, BlobStoreError, BlobBusyError, TransitionRefusedError, UnknownJobError):
+        raise
     except CancelRequestedError:
-        ledger.end_canceled(job_id, attempt)
-        return
+        return partial(ledger.end_canceled, record.id, attempt)
     except MeshConeError as found:
         error = found
-    except JobTimeoutException:
+    except TimeLimitReached:
         error = SolveTimeoutError(TIMEOUT_MESSAGE)
     except MemoryError:
-        error = LimitError("the job needs more memory than this installation has")
+        error = OutOfMemoryError(f"{MEMORY_MESSAGE} (MESHCONE_JOB_MEMORY_BYTES)")
+    except Exception:  # a fault of ours; another attempt would only repeat it
+        logger.exception("job %s failed unexpectedly", record.id)
+        error = InternalError("an unexpected error in the service; it has been logged")
     else:
-        ledger.succeed(job_id, attempt, artifacts, verdict=made.verdict)
-        return
-    logger.info("job %s failed (%s): %s", job_id, error.kind, error)
-    ledger.fail(job_id, attempt, JobError.of(error))
+        return partial(ledger.succeed, record.id, attempt, artifacts, verdict=verdict)
+    logger.info("job %s failed (%s): %s", record.id, error.kind, error)
+    return partial(ledger.fail, record.id, attempt, JobError.of(error))
 
 
-def _work(record: JobRecord, blobs: BlobStore, progress: ProgressCallback) -> JobFiles:
-    options = parse_options(record.options)
+def _require_small(files: Mapping[str, ArtifactFile], limit: int) -> None:
+    for file in files.values():
+        if 0 < limit < len(file.data):
+            raise LimitError(
+                f"the result '{file.filename}' has {len(file.data)} bytes; this installation "
+                f"stores up to {limit} (MESHCONE_JOB_FILE_BYTES)"
+            )
+
+
+def _work(
+    record: JobRecord, blobs: BlobStore, progress: ProgressCallback, seconds: int
+) -> JobFiles:
+    options = _with_time_limit(parse_options(record.options), seconds)
     source, reference = (
         _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
     )
     if options.mode == "measure":
         return of_measurement(record.source.name, measure(source, reference, options))
     return of_refinement(record.source.name, refine(source, reference, options, progress))
+
+
+def _with_time_limit(options: Options, seconds: int) -> Options:
+    """The options with a limit on each solve below the job's, so that C code returns in time."""
+    limit = SOLVER_SHARE * seconds
+    wanted = options.solver.time_limit
+    if 0 < wanted <= limit:
+        return options
+    solver = options.solver.model_copy(update={"time_limit": limit})
+    return options.model_copy(update={"solver": solver})
 
 
 def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:

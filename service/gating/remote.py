@@ -8,11 +8,13 @@ import httpx2
 from pydantic import ValidationError
 
 from meshcone.errors import (
+    CrashError,
     InfeasibleError,
     InputError,
     InternalError,
     LimitError,
     MeshConeError,
+    OutOfMemoryError,
     SolveTimeoutError,
 )
 from meshcone.gates.results import AssetResult
@@ -26,7 +28,15 @@ JOB_TIMEOUT = 3600.0  # seconds a job may be queued and worked on
 _LOOK_INTERVAL = 1.0  # seconds between looks whether to go on waiting
 _ERRORS: dict[str, type[MeshConeError]] = {
     error.kind: error
-    for error in (InputError, LimitError, InfeasibleError, SolveTimeoutError, InternalError)
+    for error in (
+        InputError,
+        LimitError,
+        InfeasibleError,
+        SolveTimeoutError,
+        OutOfMemoryError,
+        CrashError,
+        InternalError,
+    )
 }
 
 

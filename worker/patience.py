@@ -1,0 +1,61 @@
+"""Waiting for a broker that is away."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+from redis.exceptions import ConnectionError as RedisConnectionError
+from redis.exceptions import RedisError
+from redis.exceptions import TimeoutError as RedisTimeoutError
+
+logger = logging.getLogger(__name__)
+
+Result = TypeVar("Result")
+
+PATIENCE = 60.0  # seconds; a broker that loads a long append-only file takes that long
+_FIRST_PAUSE = 0.05  # seconds
+_LONGEST_PAUSE = 1.0
+
+
+def patiently(step: Callable[[], Result], patience: float = PATIENCE) -> Result:
+    """Take a step of the ledger, again and again while the broker cannot be reached.
+
+    A step whose answer was lost may have been taken: the repetition is then refused, as
+    every step is that names a state or an attempt the job has left.
+
+    Raises:
+        RedisError: the broker was away for too long.
+    """
+    deadline = time.monotonic() + patience
+    pause = _FIRST_PAUSE
+    while True:
+        try:
+            return step()
+        except (RedisConnectionError, RedisTimeoutError) as error:
+            if time.monotonic() + pause > deadline:
+                raise
+            logger.warning("the broker is away, trying again: %s", error)
+        time.sleep(pause)
+        pause = min(2 * pause, _LONGEST_PAUSE)
+
+
+class OutageLog:
+    """Says once that the broker is away, and once that it is back."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def is_away(self, error: RedisError) -> None:
+        """Note that a command failed."""
+        if self._since is None:
+            self._since = time.monotonic()
+            logger.error("the broker cannot be used, waiting for it: %s", error)
+
+    def is_back(self) -> None:
+        """Note that a command was answered."""
+        if self._since is not None:
+            logger.info("the broker is back after %.1f s", time.monotonic() - self._since)
+            self._since = None

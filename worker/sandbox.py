@@ -1,0 +1,111 @@
+"""What a work horse may use and reach.
+
+Limits are the kernel's and hold for native code too. The network guard sees what Python
+does and no more: it stops a library that fetches something, not an attacker who runs code
+of their own. That is for the network the worker is on: docker-compose.yml gives it one
+without a way out.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import resource
+import socket
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote, urlsplit
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from worker.settings import WorkerSettings
+
+_PR_SET_NO_NEW_PRIVS = 38  # linux/prctl.h
+_CPU_SLACK = 60  # seconds of processor time beyond the time limit, for threads of the blob store
+_CPU_GRACE = 5  # seconds between the signal that can be told apart and the one that cannot
+
+DEFAULT_PORT = 6379  # of a broker
+_OTLP_PORT = 4318
+_EXPORTER_VARIABLES = ("OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT")
+
+Address = tuple[str, int] | str
+
+
+def confine(settings: WorkerSettings) -> None:
+    """Give up, for this process and for good, what a job needs not.
+
+    Core files, processor time beyond the job's, memory and file sizes beyond the
+    installation's limits, new privileges, other programs than this interpreter (a decoder
+    runs in one), and every address but the broker's. The blob store's client is native code
+    the guard does not see.
+    """
+    _limit(resource.RLIMIT_CORE, 0)
+    seconds = settings.job_timeout + _CPU_SLACK
+    _limit(resource.RLIMIT_CPU, seconds, seconds + _CPU_GRACE)
+    if settings.job_file_bytes:
+        _limit(resource.RLIMIT_FSIZE, settings.job_file_bytes)
+    if settings.job_memory_bytes:
+        # Private memory that can be written, counted from what the worker holds already.
+        # Address space would be no measure: thread stacks and arenas reserve far more of it
+        # than they use.
+        _limit(resource.RLIMIT_DATA, _data_held() + settings.job_memory_bytes)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
+    guard_network(addresses_of(settings.required_redis_url(), DEFAULT_PORT) | _of_exporter())
+
+
+def guard_network(allowed: Collection[Address]) -> None:
+    """Refuse connections from Python code to other addresses, and other programs.
+
+    An audit hook (PEP 578) cannot be removed.
+
+    Raises:
+        PermissionError: later, where something is refused.
+    """
+
+    def hook(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "socket.connect":
+            address = arguments[1]
+            if (tuple(address[:2]) if isinstance(address, tuple) else address) not in allowed:
+                raise PermissionError("a job may reach the broker and the blob store only")
+        elif event == "subprocess.Popen" and arguments[0] != sys.executable:
+            raise PermissionError("a job may not start other programs")
+
+    sys.addaudithook(hook)
+
+
+def addresses_of(address: str, default_port: int) -> frozenset[Address]:
+    """The socket addresses behind a URL."""
+    url = urlsplit(address)
+    if url.scheme == "unix":
+        return frozenset({unquote(url.path)})
+    host, port = url.hostname or "localhost", url.port or default_port
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    # The client hands the kernel what getaddrinfo answers, but a fresh look may answer anew.
+    return frozenset({(host, port), *((str(each[4][0]), port) for each in found)})
+
+
+def _of_exporter() -> frozenset[Address]:
+    """Where traces go, if the operator has said so (OpenTelemetry's own variables)."""
+    named = {os.environ.get(name, "") for name in _EXPORTER_VARIABLES} - {""}
+    return frozenset().union(*(addresses_of(each, _OTLP_PORT) for each in named))
+
+
+def _limit(which: int, soft: int, hard: int | None = None) -> None:
+    _, highest = resource.getrlimit(which)
+    if hard is None:
+        hard = soft
+    if highest != resource.RLIM_INFINITY:
+        soft, hard = min(soft, highest), min(hard, highest)
+    resource.setrlimit(which, (soft, hard))
+
+
+def _data_held() -> int:
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+    except FileNotFoundError:  # no such file but on Linux
+        return 0
+    [line] = [line for line in status.splitlines() if line.startswith("VmData:")]
+    return int(line.split()[1]) * 1024
