@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Self
 
@@ -11,12 +12,14 @@ from obstore.exceptions import AlreadyExistsError
 from obstore.store import LocalStore, from_url
 
 if TYPE_CHECKING:
+    from obstore import GetOptions
     from obstore.store import ObjectStore
 
     from worker.settings import WorkerSettings
 
 
 _CHUNK = 4 * 1024 * 1024  # bytes
+_PIECE = 256 * 1024  # bytes; what each download holds in memory
 
 
 class BlobStore:
@@ -63,10 +66,28 @@ class BlobStore:
         """
         return bytes(obstore.get(self._store, _path(digest)).bytes())
 
+    def chunks(self, digest: str, part: range | None = None) -> Iterator[bytes]:
+        """The bytes of a digest, or those at the positions of ``part``, in pieces.
+
+        Raises:
+            FileNotFoundError: there is no such blob; said at once, not by the iterator.
+        """
+        options: GetOptions | None = None if part is None else {"range": (part.start, part.stop)}
+        found = obstore.get(self._store, _path(digest), options=options)
+        return (bytes(piece) for piece in found.stream(min_chunk_size=_PIECE))
+
+    def size(self, digest: str) -> int:
+        """How many bytes a blob has.
+
+        Raises:
+            FileNotFoundError: there is no such blob.
+        """
+        return obstore.head(self._store, _path(digest))["size"]
+
     def exists(self, digest: str) -> bool:
         """Whether there is such a blob."""
         try:
-            obstore.head(self._store, _path(digest))
+            self.size(digest)
         except FileNotFoundError:
             return False
         return True

@@ -20,10 +20,12 @@ CLAIM_SECONDS = 60
 answer 409 to a second request under way, never the promise of one job."""
 
 _CLAIM = f"""
-if redis.call('EXISTS', KEYS[1]) == 1 then return redis.call('HEXISTS', KEYS[1], 'job') end
+local job, fingerprint = unpack(redis.call('HMGET', KEYS[1], 'job', 'fingerprint'))
+if job then return {{1, job, fingerprint}} end
+if redis.call('EXISTS', KEYS[1]) == 1 then return {{0}} end
 redis.call('HSET', KEYS[1], 'claim', ARGV[1])
 redis.call('EXPIRE', KEYS[1], {CLAIM_SECONDS})
-return 2
+return {{1}}
 """
 _RELEASE = """
 if redis.call('HGET', KEYS[1], 'claim') == ARGV[1] and redis.call('HEXISTS', KEYS[1], 'job') == 0
@@ -46,6 +48,23 @@ class BoundKey:
     remembered: int
 
 
+@dataclass(frozen=True)
+class Claim:
+    """A key that a request has come with.
+
+    Attributes:
+        place: where the broker keeps it.
+        token: proves whose claim it is.
+        job_id: the job it has made before, if it has.
+        fingerprint: of the request that made that job.
+    """
+
+    place: str
+    token: str
+    job_id: str | None = None
+    fingerprint: str | None = None
+
+
 class KeyInUseError(Exception):
     """A request with the same key is under way."""
 
@@ -61,22 +80,21 @@ class KeyClaims:
         self._claim = client.register_script(_CLAIM)
         self._release = client.register_script(_RELEASE)
 
-    def claim(self, place: str) -> str:
-        """Claim a key for a request, and return a token to release it with.
-
-        A key whose request has made its job needs no claim.
+    def claim(self, place: str) -> Claim:
+        """Claim a key for a request; one that has made its job is nobody's any more.
 
         Raises:
             KeyInUseError: another request has claimed it.
         """
         token = secrets.token_hex(16)
-        if self._claim([place], [token]) == 0:
+        free, *known = self._claim([place], [token])
+        if not free:
             raise KeyInUseError
-        return token
+        return Claim(place, token, *known)
 
-    def release(self, place: str, token: str) -> None:
+    def release(self, claim: Claim) -> None:
         """Give up a claim, if its request made no job."""
-        self._release([place], [token])
+        self._release([claim.place], [claim.token])
 
 
 def key_place(owner: str, key: str) -> str:

@@ -16,9 +16,13 @@ attempt takes next ends it as canceled.
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
+
+from redis.exceptions import ResponseError
+from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from worker import ledger_scripts as scripts
 from worker.idempotency import BoundKey
@@ -29,6 +33,10 @@ from worker.records import Artifact, JobError, JobProgress, JobRecord, JobState,
 if TYPE_CHECKING:
     from redis import Redis
     from redis.commands.core import Script
+
+logger = logging.getLogger(__name__)
+
+_FSYNC_MILLISECONDS = 5000  # a broker that writes once a second needs one, and a slow disk more
 
 
 class UnknownJobError(LookupError):
@@ -68,6 +76,7 @@ class Ledger:
 
     def __init__(self, client: Redis) -> None:
         self._client = client
+        self._warned = False
         self.index = JobIndex(client)
         self._create = client.register_script(scripts.CREATE)
         self._transition = client.register_script(scripts.TRANSITION)
@@ -91,6 +100,7 @@ class Ledger:
             TransitionRefusedError: its id is taken.
             QueueFullError: there is no room.
             KeyReusedError: the key is of another request.
+            redis.TimeoutError: the broker did not say in time that the job is on its disk.
         """
         files = (record.source, record.reference, *record.resources)
         step: dict[str, Any] = {
@@ -105,7 +115,7 @@ class Ledger:
         if key is not None:
             keys.append(key.place)
             step |= {"fingerprint": key.fingerprint, "remembered": key.remembered}
-        answer, found, attempt = self._create(keys, [json.dumps(step)])
+        answer, found, attempt = self._durably(self._create, keys, [json.dumps(step)])
         if answer == scripts.REPEATED:
             return str(found)
         if answer == scripts.MISMATCHED:
@@ -250,6 +260,27 @@ class Ledger:
     def delete(self, job_id: str) -> None:
         """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is."""
         _accept(job_id, *self._run(self._delete, job_id, {"id": job_id}))
+
+    def _durably(self, script: Script, keys: list[str], arguments: list[str]) -> Any:
+        """Run a script and wait until what it wrote outlives the broker (WAITAOF).
+
+        A broker that keeps nothing on disk cannot promise that; the log says so, once.
+        """
+        pipeline = self._client.pipeline(transaction=False)  # WAITAOF is about its connection
+        script(keys, arguments, client=pipeline)
+        pipeline.execute_command("WAITAOF", 1, 0, _FSYNC_MILLISECONDS)
+        answer, fsynced = pipeline.execute(raise_on_error=False)
+        if isinstance(answer, Exception):
+            raise answer
+        if isinstance(fsynced, ResponseError):
+            if not self._warned:
+                logger.warning("the broker does not keep jobs on disk: %s", fsynced)
+                self._warned = True
+        elif isinstance(fsynced, Exception):
+            raise fsynced
+        elif not fsynced[0]:
+            raise RedisTimeoutError("the broker has not written to its disk in time")
+        return answer
 
     def _step(
         self,

@@ -43,24 +43,25 @@ def test_another_request_under_the_same_key_is_refused(ledger: Ledger, place: st
 
 
 def test_a_key_is_claimed_while_its_request_is_under_way(claims: KeyClaims, place: str) -> None:
-    token = claims.claim(place)
+    claim = claims.claim(place)
 
     with pytest.raises(KeyInUseError):
         claims.claim(place)
-    claims.release(place, token)
+    claims.release(claim)
     claims.claim(place)
 
 
 def test_a_key_that_has_made_its_job_is_free_to_be_repeated(
     ledger: Ledger, claims: KeyClaims, place: str
 ) -> None:
-    token = claims.claim(place)
+    claim = claims.claim(place)
     job = make_job()
     ledger.create(job, key=BoundKey(place, "fingerprint", 60))
 
-    claims.release(place, token)
-    claims.claim(place)
+    claims.release(claim)
+    again = claims.claim(place)
 
+    assert (again.job_id, again.fingerprint) == (job.id, "fingerprint")
     assert ledger.create(make_job(), key=BoundKey(place, "fingerprint", 60)) == job.id
 
 
