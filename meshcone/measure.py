@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.metadata import version
 
 from meshcone.files import MeshFile
@@ -11,8 +12,22 @@ from meshcone.options import Options
 from meshcone.outcome import decide_agreement
 from meshcone.pair import read_pair
 from meshcone.report import MeasureReport, Timings
+from meshcone.scene import Scene
 from meshcone.scoring import Scorer
 from meshcone.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """The answer to a measurement.
+
+    Attributes:
+        report: how the mesh compares with its reference.
+        scene: what there is to see of it.
+    """
+
+    report: MeasureReport
+    scene: Scene
 
 
 def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureReport:
@@ -20,6 +35,15 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
 
     Raises:
         InputError, LimitError: a file or a gate cannot be used; the message says which and why.
+    """
+    return measurement(source, reference, options).report
+
+
+def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Measurement:
+    """Measure ``source`` against ``reference``, and keep what there is to see.
+
+    Raises:
+        InputError, LimitError: as :func:`measure`.
     """
     require_known(options.gates, "measure")
     watch = Stopwatch()
@@ -49,4 +73,4 @@ def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureR
             metrics=scorer.seconds,
         ),
     )
-    return judged(report)
+    return Measurement(judged(report), scorer.scene(pair.frame))

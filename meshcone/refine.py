@@ -22,8 +22,10 @@ from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
+from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.report import Displacement, OutputRecord, Report, Timings
+from meshcone.scene import Scene
 from meshcone.scoring import Scorer
 from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
@@ -43,6 +45,7 @@ class Refinement:
         media_type: its media type.
         report: what was done and how good the result is.
         certificate: the certificate file, or None where the input was kept or no round asked for.
+        scene: what there is to see of it.
     """
 
     name: str
@@ -50,6 +53,7 @@ class Refinement:
     media_type: str
     report: Report
     certificate: bytes | None
+    scene: Scene
 
 
 def refine(
@@ -92,7 +96,8 @@ def refine(
         written = _write(pair, solved)
     tracker.enter("quality")
     with watch.stage("quality"):
-        report = _report(pair, options, problem, solved, written)
+        scorer = Scorer(pair.source, pair.reference, options)
+        report = _report(pair, scorer, options, problem, solved, written)
     return Refinement(
         name=written.record.name,
         data=written.data,
@@ -100,6 +105,7 @@ def refine(
         # Only now is the last stage over.
         report=judged(report.model_copy(update={"timings": _timings(watch, report)})),
         certificate=_certificate(pair, options, solved, written),
+        scene=scorer.scene(pair.frame, _tension(solved)),
     )
 
 
@@ -123,9 +129,13 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
 
 
 def _report(
-    pair: Pair, options: Options, problem: Formulated, solved: RefinedPositions, written: _Written
+    pair: Pair,
+    scorer: Scorer,
+    options: Options,
+    problem: Formulated,
+    solved: RefinedPositions,
+    written: _Written,
 ) -> Report:
-    scorer = Scorer(pair.source, pair.reference, options)
     after = scorer.refined(pair.source.moved_to(written.positions))
     validity = scorer.input.validity, scorer.floor.validity
     moves = np.linalg.norm(written.positions - pair.source.vertices, axis=1)
@@ -176,6 +186,12 @@ def _certificate(
         options=options,
     )
     return CertificateFile.of(solved.final, document).to_bytes()
+
+
+def _tension(solved: RefinedPositions) -> Floats | None:
+    if solved.final is None:
+        return None
+    return vertex_tension(solved.final.multipliers, len(solved.positions))
 
 
 def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:

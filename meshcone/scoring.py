@@ -10,8 +10,10 @@ from meshcone.quality.records import Baselines, Metrics, Quality
 from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.quality.validity import inspect
 from meshcone.quality.worst_points import worst_points
+from meshcone.scene import Scene, Surface, spread_to_vertices
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface import Frame, Mesh
+from meshcone.surface.arrays import Floats
 
 
 class Scorer:
@@ -40,7 +42,7 @@ class Scorer:
             method=chosen.sampling,
         )
         self._reference = self._sampled(reference, self._reference_seed)
-        self._judged = self._sampled(source, options.seed)
+        self._input = self._judged = self._sampled(source, options.seed)
         self.input = self._score(self._judged)
         self.floor = self._score(self._sampled(reference, options.seed))
 
@@ -72,6 +74,23 @@ class Scorer:
             conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
         )
 
+    def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:
+        """What there is to see, with the distances that the metrics have needed anyway.
+
+        Args:
+            frame: the frame the meshes are in.
+            tension: of each vertex of the refined mesh, (n,).
+        """
+        judged = _surface(self._judged, self._reference)
+        changed = self._judged is not self._input
+        return Scene(
+            frame=frame,
+            input=_surface(self._input, self._reference) if changed else judged,
+            refined=judged if changed else None,
+            reference=_surface(self._reference, self._judged),
+            tension=tension,
+        )
+
     @property
     def _reference_seed(self) -> int:
         return self._options.seed + 1
@@ -91,3 +110,8 @@ class Scorer:
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:
         with self._watch.stage("sampling"):
             return SampledSurface(mesh, self._sampling, seed)
+
+
+def _surface(surface: SampledSurface, other: SampledSurface) -> Surface:
+    distances = surface.closest_on(other).distances[len(surface.samples.points) :]
+    return Surface(surface.mesh, spread_to_vertices(surface.mesh, distances))
