@@ -9,10 +9,13 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from meshcone.gates.records import Status
+from meshcone.preview import preview_glb
 from meshcone.report import MeasureReport, Report, diagnostics_csv
 
 if TYPE_CHECKING:
+    from meshcone.measure import Measurement
     from meshcone.refine import Refinement
+    from meshcone.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,10 @@ class JobFiles:
 
 
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
-    """What a refinement of a source of this name leaves: mesh, report, table, certificate."""
+    """What a refinement of a source of this name leaves.
+
+    That is mesh, report, table, certificate, and a preview.
+    """
     stem = PurePath(source).stem
     table = diagnostics_csv(refinement.report.solver).encode()
     files = {
@@ -47,6 +53,7 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
         "diagnostics_csv": ArtifactFile(
             table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"
         ),
+        "preview": _preview(stem, refinement.scene),
     }
     if refinement.certificate is not None:
         # An .npz has no media type of its own; what it is is a ZIP archive. Its name is
@@ -57,10 +64,14 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
     return JobFiles(files, _verdict(refinement.report))
 
 
-def of_measurement(source: str, report: MeasureReport) -> JobFiles:
-    """What a measurement of a source of this name leaves: its report alone."""
-    files = {"report": _report(PurePath(source).stem, report.model_dump_json())}
-    return JobFiles(files, _verdict(report))
+def of_measurement(source: str, measurement: Measurement) -> JobFiles:
+    """What a measurement of a source of this name leaves: its report and a preview."""
+    stem = PurePath(source).stem
+    files = {
+        "report": _report(stem, measurement.report.model_dump_json()),
+        "preview": _preview(stem, measurement.scene),
+    }
+    return JobFiles(files, _verdict(measurement.report))
 
 
 def _verdict(report: Report | MeasureReport) -> Status | None:
@@ -69,3 +80,7 @@ def _verdict(report: Report | MeasureReport) -> Status | None:
 
 def _report(stem: str, text: str) -> ArtifactFile:
     return ArtifactFile(text.encode(), "application/json", f"{stem}.report.json")
+
+
+def _preview(stem: str, scene: Scene) -> ArtifactFile:
+    return ArtifactFile(preview_glb(scene), "model/gltf-binary", f"{stem}.preview.glb")

@@ -87,7 +87,7 @@ class JobRecord(_Frozen):
         owner: id of the API key it was sent with; None if it was sent without.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
-        artifacts: what it made, by name: ``report`` and, of a refinement, ``mesh``,
+        artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
             ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
         verdict: what the gates say of it, if there were any.
         timings: seconds each stage took, once it has succeeded.

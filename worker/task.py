@@ -19,7 +19,7 @@ from meshcone.errors import (
     SolveTimeoutError,
 )
 from meshcone.files import MeshFile
-from meshcone.measure import measure
+from meshcone.measure import measurement
 from meshcone.options import Options, parse_options
 from meshcone.progress import ProgressCallback
 from meshcone.refine import refine
@@ -130,7 +130,7 @@ def _work(
         _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
     )
     if options.mode == "measure":
-        return of_measurement(record.source.name, measure(source, reference, options))
+        return of_measurement(record.source.name, measurement(source, reference, options))
     return of_refinement(record.source.name, refine(source, reference, options, progress))
 
 
