@@ -37,6 +37,10 @@ _CERTIFICATE: dict[int | str, dict[str, Any]] = {
         "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
     },
 }
+_PREVIEW: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"model/gltf-binary": {"schema": {"type": "string"}}}},
+    304: {"description": "the copy named by If-None-Match is current"},
+}
 _CSV: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/csv": {"schema": {"type": "string"}}}}
 }
@@ -56,6 +60,14 @@ def get_report(
 ) -> Response:
     """The report: inputs, quality before and after, certificate, timings."""
     return _file(context, _artifact(record, "report"), if_none_match)
+
+
+@router.get("/{job_id}/preview.glb", response_class=Response, responses=_PREVIEW)
+def get_preview(
+    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
+) -> Response:
+    """Light copies of input, refined mesh and reference, with the deviation at each vertex."""
+    return _file(context, _artifact(record, "preview"), if_none_match)
 
 
 @router.get("/{job_id}/certificate", response_class=Response, responses=_CERTIFICATE)

@@ -8,7 +8,8 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from service.problems import Problem, problem_of
-from worker.records import JobProgress, JobRecord, JobState, StoredFile
+from worker.records import JobProgress, JobRecord, JobState, StoredFile, Verdict
+from worker.summaries import JobSummary
 
 JOBS_PATH = "/v1/jobs"
 # Where each artifact of a job is, below the job.
@@ -16,6 +17,7 @@ _RESULTS = {
     "mesh": "mesh",
     "report": "report",
     "certificate": "certificate",
+    "preview": "preview.glb",
     "diagnostics_csv": "diagnostics.csv",
 }
 
@@ -42,6 +44,9 @@ class JobLinks(BaseModel):
     certificate: str | None = Field(
         default=None, description="absent where nothing was refined or the input was kept as it was"
     )
+    preview: str | None = Field(
+        default=None, description="a light copy of input, refined mesh and reference, as GLB"
+    )
     diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
     diagnostics_csv: str | None = Field(
         default=None, description="absent where nothing was refined"
@@ -64,6 +69,8 @@ class Job(BaseModel):
     options: dict[str, Any] = Field(description="every option with its value")
     progress: JobProgress | None
     error: Problem | None = Field(description="why it failed")
+    verdict: Verdict | None = Field(description="what the gates say, once it has succeeded")
+    summary: JobSummary | None = Field(description="what the report says, in short")
     links: JobLinks
 
     @classmethod
@@ -83,6 +90,8 @@ class Job(BaseModel):
             options=record.options,
             progress=record.progress,
             error=problem_of(record.error) if record.error else None,
+            verdict=record.verdict,
+            summary=record.summary,
             links=_links(record),
         )
 

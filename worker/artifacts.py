@@ -9,8 +9,10 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from meshcone.gates.records import Status
+from meshcone.heatmap import heatmap_glb
 from meshcone.preview import preview_glb
 from meshcone.report import MeasureReport, Report, diagnostics_csv
+from worker.summaries import JobSummary
 
 if TYPE_CHECKING:
     from meshcone.measure import Measurement
@@ -34,16 +36,17 @@ class ArtifactFile:
 
 @dataclass(frozen=True)
 class JobFiles:
-    """What a job leaves: files by name, and what the gates say, if there were any."""
+    """What a job leaves: files by name, what the gates say, if there were any, and a summary."""
 
     files: Mapping[str, ArtifactFile]
     verdict: Status | None
+    summary: JobSummary
 
 
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
     """What a refinement of a source of this name leaves.
 
-    That is mesh, report, table, certificate, and a preview.
+    That is mesh, report, table, certificate, a preview and a heatmap.
     """
     stem = PurePath(source).stem
     table = diagnostics_csv(refinement.report.solver).encode()
@@ -53,7 +56,7 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
         "diagnostics_csv": ArtifactFile(
             table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"
         ),
-        "preview": _preview(stem, refinement.scene),
+        **_views(stem, refinement.scene),
     }
     if refinement.certificate is not None:
         # An .npz has no media type of its own; what it is is a ZIP archive. Its name is
@@ -61,26 +64,30 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
         files["certificate"] = ArtifactFile(
             refinement.certificate, "application/zip", f"{stem}.report.certificate.npz"
         )
-    return JobFiles(files, _verdict(refinement.report))
+    return _job_files(files, refinement.report)
 
 
 def of_measurement(source: str, measurement: Measurement) -> JobFiles:
-    """What a measurement of a source of this name leaves: its report and a preview."""
+    """What a measurement of a source of this name leaves: its report a preview and a heatmap."""
     stem = PurePath(source).stem
     files = {
         "report": _report(stem, measurement.report.model_dump_json()),
-        "preview": _preview(stem, measurement.scene),
+        **_views(stem, measurement.scene),
     }
-    return JobFiles(files, _verdict(measurement.report))
+    return _job_files(files, measurement.report)
 
 
-def _verdict(report: Report | MeasureReport) -> Status | None:
-    return None if report.gates is None else report.gates.verdict
+def _job_files(files: Mapping[str, ArtifactFile], report: Report | MeasureReport) -> JobFiles:
+    verdict = None if report.gates is None else report.gates.verdict
+    return JobFiles(files, verdict, JobSummary.of(report))
 
 
 def _report(stem: str, text: str) -> ArtifactFile:
     return ArtifactFile(text.encode(), "application/json", f"{stem}.report.json")
 
 
-def _preview(stem: str, scene: Scene) -> ArtifactFile:
-    return ArtifactFile(preview_glb(scene), "model/gltf-binary", f"{stem}.preview.glb")
+def _views(stem: str, scene: Scene) -> dict[str, ArtifactFile]:
+    return {
+        name: ArtifactFile(write(scene), "model/gltf-binary", f"{stem}.{name}.glb")
+        for name, write in (("preview", preview_glb), ("heatmap", heatmap_glb))
+    }

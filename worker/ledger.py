@@ -29,6 +29,7 @@ from worker.idempotency import BoundKey
 from worker.job_index import JobIndex
 from worker.ledger_keys import job_keys
 from worker.records import Artifact, JobError, JobProgress, JobRecord, JobState, Verdict
+from worker.summaries import JobSummary
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -167,6 +168,7 @@ class Ledger:
         artifacts: Mapping[str, Artifact],
         *,
         verdict: Verdict | None = None,
+        summary: JobSummary | None = None,
         timings: Mapping[str, float] | None = None,
         counters: Mapping[str, float] | None = None,
     ) -> JobState:
@@ -177,6 +179,7 @@ class Ledger:
             attempt: which attempt speaks.
             artifacts: the files, which are in the blob store.
             verdict: what the gates say, if there were any.
+            summary: what its report says, in short.
             timings: seconds each stage took.
             counters: amounts to add to the ledger's counters if the step is taken.
 
@@ -189,6 +192,7 @@ class Ledger:
             "finished": _now(),
             "artifacts": made,
             "verdict": verdict,
+            "summary": None if summary is None else summary.model_dump(mode="json"),
             "timings": dict(timings or {}),
         }
         digests = sorted({artifact.digest for artifact in artifacts.values()})

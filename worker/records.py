@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from meshcone.errors import ErrorKind, MeshConeError
 from meshcone.gates.records import Status
 from meshcone.progress import Progress, Stage
+from worker.summaries import JobSummary
 
 JobState = Literal["queued", "running", "succeeded", "failed", "canceled"]
 FINAL_STATES: tuple[JobState, ...] = ("succeeded", "failed", "canceled")
@@ -90,6 +91,7 @@ class JobRecord(_Frozen):
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
             ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
         verdict: what the gates say of it, if there were any.
+        summary: the few numbers of its report that a list of jobs shows.
         timings: seconds each stage took, once it has succeeded.
     """
 
@@ -114,6 +116,7 @@ class JobRecord(_Frozen):
     error: JobError | None = None
     artifacts: dict[str, Artifact] = {}
     verdict: Verdict | None = None
+    summary: JobSummary | None = None
     timings: dict[str, float] = {}
 
     @property

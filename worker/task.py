@@ -40,6 +40,7 @@ from worker.records import Artifact, JobError, JobRecord, JobState, StoredFile, 
 from worker.sandbox import confine
 from worker.settings import WorkerSettings
 from worker.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
+from worker.summaries import JobSummary
 from worker.time_limit import TimeLimitReached, time_limit
 
 logger = logging.getLogger(__name__)
@@ -79,12 +80,12 @@ class _Job:
     results: _Results
     progress: ProgressCallback
 
-    def done(self) -> tuple[dict[str, Artifact], Verdict | None]:
+    def done(self) -> tuple[dict[str, Artifact], Verdict | None, JobSummary]:
         """Do the work and store its files, within the time limit."""
         with time_limit(self.settings.job_timeout):
             made = _work(self.record, self.results.blobs, self.progress, self.settings.job_timeout)
             _require_small(made.files, self.settings.job_file_bytes)
-            return self.results.store(made.files), made.verdict
+            return self.results.store(made.files), made.verdict, made.summary
 
 
 def _last_step(
@@ -93,7 +94,7 @@ def _last_step(
     """Do a job; what is to be told to the ledger about it."""
     error: MeshConeError
     try:
-        artifacts, verdict = job.done()
+        artifacts, verdict, summary = job.done()
     except (RedisError, BlobStoreError, BlobBusyError, TransitionRefusedError, UnknownJobError):
         raise
     except CancelRequestedError:
@@ -108,7 +109,9 @@ def _last_step(
         logger.exception("job %s failed unexpectedly", record.id)
         error = InternalError("an unexpected error in the service; it has been logged")
     else:
-        return partial(ledger.succeed, record.id, attempt, artifacts, verdict=verdict)
+        return partial(
+            ledger.succeed, record.id, attempt, artifacts, verdict=verdict, summary=summary
+        )
     logger.info("job %s failed (%s): %s", record.id, error.kind, error)
     return partial(ledger.fail, record.id, attempt, JobError.of(error))
 
