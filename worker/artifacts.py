@@ -68,7 +68,7 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
 
 
 def of_measurement(source: str, measurement: Measurement) -> JobFiles:
-    """What a measurement of a source of this name leaves: its report a preview and a heatmap."""
+    """What a measurement of a source of this name leaves: its report, a preview, a heatmap."""
     stem = PurePath(source).stem
     files = {
         "report": _report(stem, measurement.report.model_dump_json()),
