@@ -11,7 +11,7 @@ from fastapi import FastAPI
 
 from meshcone.options import Options
 from meshcone.settings import load_settings
-from service import health, jobs, metrics, problems, results
+from service import blobs, events, health, jobs, metrics, problems, results, submit
 from service.auth import Authentication, KeyRing, describe_security
 from service.body_limit import BodyLimit
 from service.context import open_context
@@ -19,6 +19,7 @@ from service.headers import SecurityHeaders
 from service.request_log import PROBES, RequestLog
 from service.settings import ServiceSettings
 from worker.connections import connect_async
+from worker.job_events import EventFeed
 
 DESCRIPTION = """\
 Send a mesh and its reference; get the mesh refined by a second-order cone program, the proof \
@@ -59,6 +60,7 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
             async with connect_async(settings.required_redis_url()) as client:
                 app.state.context = context
                 app.state.key_ring = KeyRing(client, settings)
+                app.state.events = events.Events(EventFeed(client), settings.event_streams)
                 yield
 
     app = Application(
@@ -85,8 +87,8 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
         },
     )
     app.state.settings = settings
-    app.include_router(jobs.router)
-    app.include_router(results.router)
+    for module in (submit, jobs, events, results, blobs):
+        app.include_router(module.router)
     app.include_router(health.router)
     app.include_router(metrics.router)
     problems.install_handlers(app)

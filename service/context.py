@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 from fastapi import Depends, Request
 
 from service.quotas import JobQuotas
+from service.schemas import Job
+from worker.blob_register import BlobRegister
 from worker.blobs import BlobStore
 from worker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
 from worker.ledger import Ledger
 from worker.queue import JobQueue
+from worker.records import JobRecord
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -28,6 +31,7 @@ class Context:
     Attributes:
         redis: the broker, with replies that are strings.
         quotas: what each API key may still send.
+        register: which files are needed.
     """
 
     settings: ServiceSettings
@@ -36,6 +40,11 @@ class Context:
     queue: JobQueue
     blobs: BlobStore
     quotas: JobQuotas
+    register: BlobRegister
+
+    def job(self, record: JobRecord) -> Job:
+        """What the API says of a record."""
+        return Job.of(record, self.settings.result_ttl)
 
 
 @contextmanager
@@ -56,6 +65,7 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
             queue=JobQueue(settings, queue_client),
             blobs=BlobStore.open(settings),
             quotas=JobQuotas(client, settings),
+            register=BlobRegister(client),
         )
 
 

@@ -1,4 +1,4 @@
-"""Routes: submit jobs and look after them."""
+"""Routes: look after jobs."""
 
 from __future__ import annotations
 
@@ -7,52 +7,33 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Response, status
 
 from service.context import ContextDependency
-from service.problems import ProblemError, problem
-from service.schemas import JOBS_PATH, Job, JobList, job_path
-from service.submission import accept, check_meshes
-from service.uploads import LABEL_LENGTH, Submission, read_submission
+from service.cursors import cursor_after, job_before
+from service.problems import MEDIA_TYPE, ProblemError, problem
+from service.schemas import JOBS_PATH, Job, JobList
+from service.uploads import LABEL_LENGTH, MAX_LABELS
 from worker.identifiers import is_job_id
 from worker.job_index import JobFilter
-from worker.ledger import UnknownJobError
-from worker.records import JobRecord, JobState
+from worker.ledger import TransitionRefusedError, UnknownJobError
+from worker.records import JobRecord, JobState, Verdict
 
 router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
 
-_FILE = {"type": "string", "contentMediaType": "application/octet-stream"}
-_SUBMISSION_FORM: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["source", "reference", "options"],
-                    "properties": {
-                        "source": {**_FILE, "description": "the mesh to refine"},
-                        "reference": {**_FILE, "description": "the mesh to refine it towards"},
-                        "options": {
-                            "type": "string",
-                            "contentMediaType": "application/json",
-                            "contentSchema": {"$ref": "#/components/schemas/Options"},
-                            "description": "a JSON object; {} for the defaults",
-                        },
-                        "resources": {
-                            "type": "array",
-                            "items": _FILE,
-                            "description": "files that a .gltf or .obj names: buffers, materials",
-                        },
-                        "label": {
-                            "type": "string",
-                            "maxLength": LABEL_LENGTH,
-                            "description": "a name to find the job by",
-                        },
-                    },
-                    "additionalProperties": False,
-                }
-            }
-        },
-    }
+_CONFLICT: dict[str, Any] = {
+    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
 }
+_CANCELED: dict[int | str, dict[str, Any]] = {
+    200: {"description": "the job is canceled"},
+    202: {"description": "the job runs, is asked to stop and will end as canceled", "model": Job},
+    409: {"description": "the job has succeeded or failed already", **_CONFLICT},
+}
+_DELETED: dict[int | str, dict[str, Any]] = {
+    409: {"description": "the job is queued or running: cancel it first", **_CONFLICT}
+}
+
+LabelQuery = Annotated[
+    list[Annotated[str, Query(max_length=LABEL_LENGTH)]],
+    Query(max_length=MAX_LABELS, description="repeated: jobs that have all of them"),
+]
 
 
 def find_job(job_id: str, context: ContextDependency) -> JobRecord:
@@ -66,54 +47,77 @@ def find_job(job_id: str, context: ContextDependency) -> JobRecord:
             return context.ledger.get(job_id)
         except UnknownJobError:
             pass
-    raise ProblemError(problem("not-found", "there is no such job"))
+    raise _unknown()
 
 
 FoundJob = Annotated[JobRecord, Depends(find_job)]
-
-
-@router.post(
-    "",
-    status_code=status.HTTP_202_ACCEPTED,
-    response_model=Job,
-    openapi_extra=_SUBMISSION_FORM,
-    summary="Submit a mesh and its reference",
-)
-def submit_job(
-    submission: Annotated[Submission, Depends(read_submission)],
-    context: ContextDependency,
-    response: Response,
-) -> Job:
-    """Queue a refinement of `source` towards `reference`."""
-    if submission.size <= context.settings.precheck_bytes:
-        check_meshes(submission)
-    record = accept(submission, context)
-    response.headers["Location"] = job_path(record.id)
-    response.headers["Retry-After"] = str(context.settings.retry_after)
-    return Job.of(record)
 
 
 @router.get("", summary="List jobs, newest first")
 def list_jobs(
     context: ContextDependency,
     state: JobState | None = None,
-    label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
+    label: LabelQuery = [],  # noqa: B006 - the framework copies it
+    verdict: Annotated[Verdict | None, Query(description="what the gates say")] = None,
     cursor: Annotated[str | None, Query(description="`next` of the page before")] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> JobList:
-    """A page of the jobs that a state and a label select."""
-    if cursor is not None and not is_job_id(cursor):
+    """A page of the jobs that state, labels and verdict select.
+
+    They are listed by the time they were sent, so that none moves while pages are turned.
+    """
+    after = None if cursor is None else job_before(cursor)
+    if cursor is not None and after is None:
         raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
-    labels = frozenset() if label is None else frozenset({label})
-    wanted = JobFilter(state=state, labels=labels)
-    page = context.ledger.index.page(limit, cursor=cursor, wanted=wanted)
-    return JobList(jobs=[Job.of(record) for record in page.jobs], next=page.cursor)
+    wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label))
+    page = context.ledger.index.page(limit, cursor=after, wanted=wanted)
+    following = None if page.cursor is None else cursor_after(page.cursor)
+    return JobList(jobs=[context.job(record) for record in page.jobs], next=following)
 
 
 @router.get("/{job_id}", summary="Look at a job")
 def get_job(record: FoundJob, context: ContextDependency, response: Response) -> Job:
     """A job as it is now."""
     response.headers["Cache-Control"] = "no-store"
-    if record.state in ("queued", "running"):
+    if not record.has_ended:
         response.headers["Retry-After"] = str(context.settings.retry_after)
-    return Job.of(record)
+    return context.job(record)
+
+
+@router.post("/{job_id}/cancel", responses=_CANCELED, summary="Cancel a job")
+def cancel_job(record: FoundJob, context: ContextDependency, response: Response) -> Job:
+    """Cancel a queued job at once, or ask a running one to stop; repeating it does no harm."""
+    try:
+        state = context.ledger.cancel(record.id)
+        now = context.ledger.get(record.id)
+    except TransitionRefusedError as refusal:
+        raise ProblemError(problem("finished", f"the job has {refusal.state}")) from None
+    except UnknownJobError:
+        raise _unknown() from None
+    if state == "running":
+        response.status_code = status.HTTP_202_ACCEPTED
+        response.headers["Retry-After"] = str(context.settings.retry_after)
+    return context.job(now)
+
+
+@router.delete(
+    "/{job_id}",
+    status_code=status.HTTP_204_NO_CONTENT,
+    responses=_DELETED,
+    summary="Delete a job",
+)
+def delete_job(record: FoundJob, context: ContextDependency) -> None:
+    """Remove a job that has ended, with the files that no other job has."""
+    try:
+        context.ledger.delete(record.id)
+    except TransitionRefusedError as refusal:
+        raise ProblemError(
+            problem("not-finished", f"the job is {refusal.state}: cancel it first")
+        ) from None
+    except UnknownJobError:
+        raise _unknown() from None
+    context.register.sweep(context.blobs)
+
+
+def _unknown() -> ProblemError:
+    return ProblemError(problem("not-found", "there is no such job"))

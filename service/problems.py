@@ -49,10 +49,17 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "not-found": ProblemType("input", 404, "There is nothing here"),
     "method-not-allowed": ProblemType("input", 405, "This cannot be done here"),
     "media-type": ProblemType("input", 415, "The request is not a multipart form"),
+    "gone": ProblemType("input", 410, "This is no longer kept"),
+    "range": ProblemType("input", 416, "The file has no such part"),
+    "hash-mismatch": ProblemType("input", 422, "The content has another hash than its name"),
+    "key-in-use": ProblemType("input", 409, "The Idempotency-Key is in use"),
+    "key-reused": ProblemType("input", 422, "The Idempotency-Key was used for something else"),
+    "finished": ProblemType("input", 409, "The job has ended already"),
     "not-finished": ProblemType("input", 409, "The job has not finished"),
     "job-failed": ProblemType("input", 409, "The job made no result"),
     "rate-limit": ProblemType("limit", 429, "Too many requests"),
     "quota": ProblemType("limit", 429, "More than this API key may use"),
+    "queue-full": ProblemType("limit", 503, "Too many jobs are waiting"),
     "unavailable": ProblemType("internal", 503, "The service cannot work just now"),
 }
 

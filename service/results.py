@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Annotated, Any
-from urllib.parse import quote
 
-from fastapi import APIRouter, Header, Response, status
+from fastapi import APIRouter, Header, Request, Response, status
 
-from service.context import Context, ContextDependency
+from service.context import ContextDependency
+from service.downloads import Conditions, cache_headers, file_response, file_responses
 from service.jobs import FoundJob
 from service.problems import MEDIA_TYPE, ProblemError, problem, problem_of
 from service.schemas import JOBS_PATH
@@ -17,94 +17,127 @@ from worker.records import Artifact, JobRecord
 
 router = APIRouter(prefix=JOBS_PATH, tags=["results"])
 
-IfNoneMatch = Annotated[str | None, Header()]
-
-_ANY_FILE: dict[int | str, dict[str, Any]] = {
+_PROBLEM = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
+_NO_RESULT: dict[int | str, dict[str, Any]] = {
+    404: {"description": "there is no such job, or it has made no such file", **_PROBLEM},
+    409: {"description": "the job has not finished, has failed or was canceled", **_PROBLEM},
+    410: {"description": "the job's files have expired", **_PROBLEM},
+}
+_GLB = "model/gltf-binary"
+_DIAGNOSTICS: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "the refined mesh, in the source's format",
-        "content": {"application/octet-stream": {"schema": {"type": "string"}}},
+        "description": "rounds with sizes, residuals and SCS's history; or its table",
+        "content": {
+            "application/json": {"schema": {"type": "object"}},
+            "text/csv": {"schema": {"type": "string"}},
+        },
     },
+    206: {"description": "the part of the table that was asked for"},
     304: {"description": "the copy named by If-None-Match is current"},
-}
-_JSON: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"application/json": {"schema": {"type": "object"}}}}
-}
-_CERTIFICATE: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"application/zip": {"schema": {"type": "string"}}}},
-    304: {"description": "the copy named by If-None-Match is current"},
-    404: {
-        "description": "there is no certificate: nothing was refined, or the input was kept",
-        "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
-    },
-}
-_PREVIEW: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"model/gltf-binary": {"schema": {"type": "string"}}}},
-    304: {"description": "the copy named by If-None-Match is current"},
-}
-_CSV: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"text/csv": {"schema": {"type": "string"}}}}
+    416: {"description": "the table has no such part", **_PROBLEM},
+    **_NO_RESULT,
 }
 
 
-@router.get("/{job_id}/mesh", response_class=Response, responses=_ANY_FILE)
-def get_mesh(
-    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
-) -> Response:
+def _file_route(
+    tail: str, media_type: str, description: str
+) -> Callable[[Callable[..., Response]], Callable[..., Response]]:
+    """Register a route that serves a file, for GET and, undescribed, for HEAD."""
+    path = f"/{{job_id}}/{tail}"
+
+    def register(endpoint: Callable[..., Response]) -> Callable[..., Response]:
+        responses = {**file_responses(media_type, description), **_NO_RESULT}
+        router.get(path, response_class=Response, responses=responses)(endpoint)
+        router.head(path, response_class=Response, include_in_schema=False)(endpoint)
+        return endpoint
+
+    return register
+
+
+@_file_route("mesh", "application/octet-stream", "the refined mesh, in the source's format")
+def get_mesh(record: FoundJob, context: ContextDependency, request: Request) -> Response:
     """The refined mesh, in the source's format."""
-    return _file(context, _artifact(record, "mesh"), if_none_match)
+    return file_response(context.blobs, artifact_of(record, "mesh"), request)
 
 
-@router.get("/{job_id}/report", response_class=Response, responses=_JSON)
-def get_report(
-    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
-) -> Response:
+@_file_route("report", "application/json", "the report")
+def get_report(record: FoundJob, context: ContextDependency, request: Request) -> Response:
     """The report: inputs, quality before and after, certificate, timings."""
-    return _file(context, _artifact(record, "report"), if_none_match)
+    return file_response(context.blobs, artifact_of(record, "report"), request)
 
 
-@router.get("/{job_id}/preview.glb", response_class=Response, responses=_PREVIEW)
-def get_preview(
-    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
-) -> Response:
+@_file_route("preview.glb", _GLB, "light copies of the meshes")
+def get_preview(record: FoundJob, context: ContextDependency, request: Request) -> Response:
     """Light copies of input, refined mesh and reference, with the deviation at each vertex."""
-    return _file(context, _artifact(record, "preview"), if_none_match)
+    return file_response(context.blobs, artifact_of(record, "preview"), request)
 
 
-@router.get("/{job_id}/certificate", response_class=Response, responses=_CERTIFICATE)
-def get_certificate(
-    record: FoundJob, context: ContextDependency, if_none_match: IfNoneMatch = None
-) -> Response:
+@_file_route("heatmap.glb", _GLB, "the refined mesh, coloured")
+def get_heatmap(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+    """The refined mesh coloured by deviation (`COLOR_0`) and by cone tension (`COLOR_1`).
+
+    The numbers are attributes too: `_DEVIATION`, in model units, and `_TENSION`.
+    """
+    return file_response(context.blobs, artifact_of(record, "heatmap"), request)
+
+
+@_file_route("certificate", "application/zip", "the certificate, a NumPy .npz archive")
+def get_certificate(record: FoundJob, context: ContextDependency, request: Request) -> Response:
     """The certificate, for `meshcone verify`: a NumPy .npz archive, which is a ZIP file."""
-    return _file(context, _artifact(record, "certificate"), if_none_match)
+    return file_response(context.blobs, artifact_of(record, "certificate"), request)
 
 
-@router.get("/{job_id}/diagnostics", response_class=Response, responses=_JSON)
+@_file_route("diagnostics.csv", "text/csv", "the solver's iterations")
+def get_diagnostics_table(
+    record: FoundJob, context: ContextDependency, request: Request
+) -> Response:
+    """The solver's iterations, one a row."""
+    return file_response(context.blobs, artifact_of(record, "diagnostics_csv"), request)
+
+
+@router.get("/{job_id}/diagnostics", response_class=Response, responses=_DIAGNOSTICS)
 def get_diagnostics(
-    record: FoundJob, context: ContextDependency, accept: Annotated[str | None, Header()] = None
+    record: FoundJob,
+    context: ContextDependency,
+    request: Request,
+    accept: Annotated[str | None, Header()] = None,
 ) -> Response:
     """What the solver did in each round; as a table of iterations for `Accept: text/csv`."""
+    table = artifact_of(record, "diagnostics_csv")  # what refined nothing has neither
     if accept is not None and accept.strip().startswith("text/csv"):
-        return get_diagnostics_table(record, context)
-    _artifact(record, "diagnostics_csv")  # what refined nothing has neither
-    report = json.loads(context.blobs.get(_artifact(record, "report").digest))
-    return Response(json.dumps(report["solver"]), media_type="application/json")
+        answer = file_response(context.blobs, table, request)
+        answer.headers["Vary"] = "Accept"
+        return answer
+    report = artifact_of(record, "report")
+    tag = f'"{report.digest}-solver"'
+    headers = {**cache_headers(tag), "Vary": "Accept"}
+    if Conditions.of(request).has_current(tag):
+        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
+    try:
+        document = json.loads(context.blobs.get(report.digest))
+    except FileNotFoundError:
+        raise ProblemError(problem("gone", "the file has been removed")) from None
+    return Response(json.dumps(document["solver"]), media_type="application/json", headers=headers)
 
 
-@router.get("/{job_id}/diagnostics.csv", response_class=Response, responses=_CSV)
-def get_diagnostics_table(record: FoundJob, context: ContextDependency) -> Response:
-    """The solver's iterations, one a row."""
-    return _file(context, _artifact(record, "diagnostics_csv"), None)
+def artifact_of(record: JobRecord, name: str) -> Artifact:
+    """A file that a job has made.
 
-
-def _artifact(record: JobRecord, name: str) -> Artifact:
-    if record.state in ("queued", "running"):
+    Raises:
+        ProblemError: it has made none of that name, or has it no longer.
+    """
+    if not record.has_ended:
         raise ProblemError(problem("not-finished", f"the job is {record.state}"))
     if record.state != "succeeded":
         error = problem_of(record.error) if record.error else None
-        raise ProblemError(problem("job-failed", f"the job {_ended(record)}", error=error))
+        ended = "was canceled" if record.state == "canceled" else "failed"
+        raise ProblemError(problem("job-failed", f"the job {ended}", error=error))
     if name not in record.artifacts:
         named = name.removesuffix("_csv")
         raise ProblemError(problem("not-found", f"the job has no {named}: {_why_none(record)}"))
+    if record.expired is not None:
+        detail = f"the job's files expired at {record.expired:%Y-%m-%dT%H:%M:%SZ}"
+        raise ProblemError(problem("gone", detail))
     return record.artifacts[name]
 
 
@@ -112,28 +145,3 @@ def _why_none(record: JobRecord) -> str:
     # A record of an earlier version has no mode; it was refined.
     measured = record.options.get("mode") == "measure"
     return "it measured and refined nothing" if measured else "it kept its input"
-
-
-def _ended(record: JobRecord) -> str:
-    return "was canceled" if record.state == "canceled" else "failed"
-
-
-def _file(context: Context, artifact: Artifact, if_none_match: str | None) -> Response:
-    headers: Mapping[str, str] = {
-        "ETag": f'"{artifact.digest}"',
-        "Cache-Control": "private, no-cache",  # keep it, but ask: the job can be deleted
-        "Content-Disposition": _attachment(artifact.filename),
-    }
-    if if_none_match is not None and artifact.digest in if_none_match:
-        return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
-    content = context.blobs.get(artifact.digest)
-    return Response(content, headers=headers, media_type=artifact.media_type)
-
-
-def _attachment(filename: str) -> str:
-    """Content-Disposition of a download (RFC 6266, section 4.3)."""
-    plain = "".join(
-        character if character.isascii() and character not in '"\\%' else "_"
-        for character in filename
-    )
-    return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(filename, safe='')}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 from pydantic import BaseModel, Field
@@ -18,6 +18,7 @@ _RESULTS = {
     "report": "report",
     "certificate": "certificate",
     "preview": "preview.glb",
+    "heatmap": "heatmap.glb",
     "diagnostics_csv": "diagnostics.csv",
 }
 
@@ -39,6 +40,8 @@ class JobLinks(BaseModel):
     """Where to go from here; results have links once the job has succeeded."""
 
     self: str
+    events: str | None = Field(default=None, description="absent once the job has expired")
+    cancel: str | None = Field(default=None, description="absent once the job has ended")
     mesh: str | None = Field(default=None, description="absent where nothing was refined")
     report: str | None = None
     certificate: str | None = Field(
@@ -46,6 +49,9 @@ class JobLinks(BaseModel):
     )
     preview: str | None = Field(
         default=None, description="a light copy of input, refined mesh and reference, as GLB"
+    )
+    heatmap: str | None = Field(
+        default=None, description="the refined mesh coloured by deviation and tension, as GLB"
     )
     diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
     diagnostics_csv: str | None = Field(
@@ -63,6 +69,13 @@ class Job(BaseModel):
     created: datetime
     started: datetime | None
     finished: datetime | None
+    cancel_requested: datetime | None = Field(
+        description="when it was to be canceled while it ran; it ends as canceled"
+    )
+    expires: datetime | None = Field(
+        description="when its files go, once it has ended; null where they are kept for ever"
+    )
+    expired: datetime | None = Field(description="when its files went: there is no result any more")
     source: SentFile
     reference: SentFile
     resources: list[SentFile]
@@ -74,8 +87,16 @@ class Job(BaseModel):
     links: JobLinks
 
     @classmethod
-    def of(cls, record: JobRecord) -> Job:
-        """The public view of a ledger's record."""
+    def of(cls, record: JobRecord, result_ttl: int = 0) -> Job:
+        """The public view of a ledger's record.
+
+        Args:
+            record: the job.
+            result_ttl: seconds the files of a job that has ended are kept; 0 for ever.
+        """
+        expires = None
+        if record.finished is not None and result_ttl:
+            expires = record.finished + timedelta(seconds=result_ttl)
         return cls(
             id=record.id,
             state=record.state,
@@ -84,6 +105,9 @@ class Job(BaseModel):
             created=record.created,
             started=record.started,
             finished=record.finished,
+            cancel_requested=record.cancel_requested,
+            expires=expires,
+            expired=record.expired,
             source=SentFile.of(record.source),
             reference=SentFile.of(record.reference),
             resources=[SentFile.of(file) for file in record.resources],
@@ -112,7 +136,11 @@ def job_path(job_id: str) -> str:
 
 def _links(record: JobRecord) -> JobLinks:
     path = job_path(record.id)
+    if record.expired is not None:
+        return JobLinks(self=path)
     links = {name: f"{path}/{tail}" for name, tail in _RESULTS.items() if name in record.artifacts}
     if "diagnostics_csv" in links:
         links["diagnostics"] = f"{path}/diagnostics"
-    return JobLinks(self=path, **links)
+    if not record.has_ended:
+        links["cancel"] = f"{path}/cancel"
+    return JobLinks(self=path, events=f"{path}/events", **links)

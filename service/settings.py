@@ -26,6 +26,22 @@ class ServiceSettings(WebhookSettings):
         description="requests with no more bytes of files than this are read before they are "
         "accepted, so that a bad file is refused at once; a worker judges the larger ones",
     )
+    queue_capacity: int = Field(
+        default=1000,
+        ge=1,
+        description="jobs that may be queued; as long as they are, further ones get a 503",
+    )
+    upload_ttl: int = Field(
+        default=86_400,
+        ge=1,
+        description="seconds a file sent by PUT /v1/blobs is kept while no job names it",
+    )
+    event_streams: int = Field(
+        default=500,
+        ge=0,
+        description="clients that may follow a job's events or wait for its end at one time, "
+        "of each API process",
+    )
     retry_after: int = Field(
         default=1, ge=1, description="seconds a client is asked to wait before it looks again"
     )

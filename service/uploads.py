@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import BinaryIO
 
 from fastapi import Request
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.datastructures import FormData, UploadFile
 
 from meshcone.errors import InputError, LimitError
@@ -18,6 +19,7 @@ from service.settings import ServiceSettings
 FIELDS = ("source", "reference", "options", "resources", "label")
 NAME_LENGTH = 255  # characters; what common file systems allow
 LABEL_LENGTH = 200  # characters
+MAX_LABELS = 16
 OPTIONS_BYTES = 1024 * 1024
 
 
@@ -35,20 +37,24 @@ class Upload:
         return self.file.read()
 
 
+class NamedBlob(BaseModel):
+    """A file that was sent before, by ``PUT /v1/blobs/{sha256}``, and what it is to be called."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(description="file name; its suffix tells the format")
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+
+
 @dataclass(frozen=True)
 class Submission:
     """A form whose fields are sound; nothing is known yet of what is in the files."""
 
-    source: Upload
-    reference: Upload
-    resources: tuple[Upload, ...]
+    source: Upload | NamedBlob
+    reference: Upload | NamedBlob
+    resources: tuple[Upload | NamedBlob, ...]
     options: Options
-    label: str | None
-
-    @property
-    def size(self) -> int:
-        """Bytes of all files together."""
-        return sum(file.size for file in (self.source, self.reference, *self.resources))
+    labels: tuple[str, ...]
 
 
 async def read_submission(request: Request) -> AsyncIterator[Submission]:
@@ -72,18 +78,18 @@ async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
     for name in form:
         if name not in FIELDS:
             raise InputError(f"unknown form field '{name}'; the fields are {', '.join(FIELDS)}")
-    resources = tuple(_upload("resources", value) for value in form.getlist("resources"))
+    resources = tuple(_file("resources", value) for value in form.getlist("resources"))
     if len(resources) > settings.max_resources:
         raise LimitError(
             f"{len(resources)} resources are more than the {settings.max_resources} accepted here"
         )
     _require_distinct(resource.name for resource in resources)
     return Submission(
-        source=_upload("source", _single(form, "source")),
-        reference=_upload("reference", _single(form, "reference")),
+        source=_file("source", _single(form, "source")),
+        reference=_file("reference", _single(form, "reference")),
         resources=resources,
         options=await _options(form),
-        label=_label(form),
+        labels=_labels(form),
     )
 
 
@@ -94,18 +100,29 @@ def _single(form: FormData, name: str) -> UploadFile | str | None:
     return values[0] if values else None
 
 
-def _upload(field: str, value: UploadFile | str | None) -> Upload:
+def _file(field: str, value: UploadFile | str | None) -> Upload | NamedBlob:
     if value is None:
         raise InputError(f"form field '{field}' is missing: send the mesh file in it")
     if isinstance(value, str):
-        raise InputError(
-            f"form field '{field}' must be a file with a file name "
-            f"(curl: -F {field}=@mesh.glb), found plain text"
-        )
+        return _named_blob(field, value)
     name = _file_name(value.filename or "")
     if not name:
         raise InputError(f"the file in form field '{field}' has no name")
     return Upload(name, value.file, value.size or 0)
+
+
+def _named_blob(field: str, text: str) -> NamedBlob:
+    try:
+        blob = NamedBlob.model_validate_json(text)
+    except ValidationError:
+        raise InputError(
+            f"form field '{field}' must be a file with a file name (curl: -F {field}=@mesh.glb), "
+            'or {"name": "mesh.glb", "sha256": "..."} for one that was sent before'
+        ) from None
+    name = _file_name(blob.name)
+    if not name:
+        raise InputError(f"the file in form field '{field}' has no name")
+    return blob.model_copy(update={"name": name})
 
 
 def _file_name(sent: str) -> str:
@@ -139,12 +156,17 @@ def _sound(options: Options) -> Options:
     return options
 
 
-def _label(form: FormData) -> str | None:
-    value = _single(form, "label")
-    if value is None or value == "":
-        return None
-    if not isinstance(value, str):
-        raise InputError("form field 'label' must be plain text, found a file")
-    if len(value) > LABEL_LENGTH or not value.isprintable():
-        raise InputError(f"form field 'label' must be one line of up to {LABEL_LENGTH} characters")
-    return value
+def _labels(form: FormData) -> tuple[str, ...]:
+    values = [value for value in form.getlist("label") if value != ""]
+    if len(values) > MAX_LABELS:
+        raise LimitError(f"{len(values)} labels are more than the {MAX_LABELS} accepted here")
+    labels: list[str] = []
+    for value in values:
+        if not isinstance(value, str):
+            raise InputError("form field 'label' must be plain text, found a file")
+        if len(value) > LABEL_LENGTH or not value.isprintable():
+            raise InputError(
+                f"form field 'label' must be one line of up to {LABEL_LENGTH} characters"
+            )
+        labels.append(value)
+    return tuple(dict.fromkeys(labels))

@@ -48,11 +48,7 @@ class BlobStore:
 
     def put_file(self, file: IO[bytes]) -> str:
         """Store an open file's whole content, without holding it in memory; return its digest."""
-        file.seek(0)
-        digest = hashlib.sha256()
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
-        name = digest.hexdigest()
+        name = digest_of(file)
         if not self.exists(name):  # a put in parts cannot ask for "create", but may repeat itself
             file.seek(0)
             obstore.put(self._store, _path(name), iter(lambda: file.read(_CHUNK), b""))
@@ -96,6 +92,12 @@ class BlobStore:
         """Remove a blob, if it is there."""
         with suppress(FileNotFoundError):
             obstore.delete(self._store, _path(digest))
+
+
+def digest_of(file: IO[bytes]) -> str:
+    """SHA-256 of an open file's whole content, in hexadecimal digits."""
+    file.seek(0)
+    return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _path(digest: str) -> str:

@@ -1,0 +1,77 @@
+"""Route: submit a job."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Response, status
+from starlette.concurrency import run_in_threadpool
+
+from service.context import Context, ContextDependency
+from service.events import EventsDependency
+from service.preferences import PreferHeader, preferred_wait
+from service.schemas import JOBS_PATH, Job, job_path
+from service.sender import ClaimDependency, Sender, SenderDependency
+from service.submission import accept, check_meshes, gather, made_before
+from service.submission_form import SUBMISSION_FORM
+from service.uploads import Submission, read_submission
+from worker.idempotency import Claim
+from worker.records import JobRecord
+
+router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+
+_ANSWERS: dict[int | str, dict[str, Any]] = {
+    200: {"description": "the job, which has ended: for `Prefer: wait`", "model": Job},
+    202: {
+        "description": "the job, which is queued",
+        "headers": {
+            "Location": {"description": "where the job is", "schema": {"type": "string"}},
+            "Retry-After": {
+                "description": "seconds after which to look at it",
+                "schema": {"type": "integer"},
+            },
+        },
+    },
+}
+
+
+@router.post(
+    "",
+    status_code=status.HTTP_202_ACCEPTED,
+    response_model=Job,
+    responses=_ANSWERS,
+    openapi_extra=SUBMISSION_FORM,
+    summary="Submit a mesh and its reference",
+)
+async def submit_job(
+    claim: ClaimDependency,  # before the form: nothing is read of a request not let in
+    submission: Annotated[Submission, Depends(read_submission)],
+    context: ContextDependency,
+    sender: SenderDependency,
+    events: EventsDependency,
+    response: Response,
+    prefer: PreferHeader = None,
+) -> Job:
+    """Queue a refinement of `source` towards `reference`, or a measurement."""
+    record = await run_in_threadpool(_accept, submission, claim, sender, context)
+    wait = preferred_wait(prefer)
+    if wait is not None and await events.wait_for_end(record.id, wait):
+        record = await run_in_threadpool(context.ledger.get, record.id)
+        response.headers["Preference-Applied"] = f"wait={wait}"
+    response.headers["Location"] = job_path(record.id)
+    if record.has_ended:
+        response.status_code = status.HTTP_200_OK
+    else:
+        response.headers["Retry-After"] = str(context.settings.retry_after)
+    return context.job(record)
+
+
+def _accept(
+    submission: Submission, claim: Claim | None, sender: Sender, context: Context
+) -> JobRecord:
+    parcel = gather(submission, context)
+    if claim is not None and (made := made_before(parcel, claim, context)) is not None:
+        return made
+    if parcel.size <= context.settings.precheck_bytes:
+        check_meshes(parcel, context.blobs)
+    return accept(parcel, claim, sender, context)
