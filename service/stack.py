@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 
 class Stack:
-    """An embedded broker (unless one is given), the API and some workers.
+    """An embedded broker (unless one is given), the API, some workers and the webhooks' delivery.
 
     The children end with this process, however it ends; a job in hand is then started
     again by the next stack on the same data. What ends before is started again by
@@ -107,6 +107,7 @@ class Stack:
             self.redis_url = self._broker.url
         for number in range(self._workers):
             self._add(f"worker {number + 1}", ["worker"])
+        self._add("webhooks", ["webhooks"])
         fd = self._listener.fileno()
         self._add(_API, ["api", "--fd", str(fd)], [fd])
         self._wait_until_ready()

@@ -13,6 +13,7 @@ from meshcone.heatmap import heatmap_glb
 from meshcone.preview import preview_glb
 from meshcone.report import MeasureReport, Report, diagnostics_csv
 from worker.summaries import JobSummary
+from worker.tallies import Tallies, tallies_of
 
 if TYPE_CHECKING:
     from meshcone.measure import Measurement
@@ -36,11 +37,12 @@ class ArtifactFile:
 
 @dataclass(frozen=True)
 class JobFiles:
-    """What a job leaves: files by name, what the gates say, if there were any, and a summary."""
+    """What a job leaves: files by name, what the gates say, if there were any, and figures."""
 
     files: Mapping[str, ArtifactFile]
     verdict: Status | None
     summary: JobSummary
+    tallies: Tallies
 
 
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
@@ -79,7 +81,7 @@ def of_measurement(source: str, measurement: Measurement) -> JobFiles:
 
 def _job_files(files: Mapping[str, ArtifactFile], report: Report | MeasureReport) -> JobFiles:
     verdict = None if report.gates is None else report.gates.verdict
-    return JobFiles(files, verdict, JobSummary.of(report))
+    return JobFiles(files, verdict, JobSummary.of(report), tallies_of(report))
 
 
 def _report(stem: str, text: str) -> ArtifactFile:

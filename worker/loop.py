@@ -6,11 +6,14 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
 
+import structlog
 from redis.exceptions import RedisError
 
+from worker import tracing
 from worker.attendance import Ending, attend
 from worker.horse import Horse
 from worker.ledger import Ledger, TransitionRefusedError, UnknownJobError
@@ -98,9 +101,19 @@ class WorkerLoop:
         self._attempt(delivery.job_id, attempt)
 
     def _attempt(self, job_id: str, attempt: int) -> None:
+        began = datetime.now(UTC)
+        with structlog.contextvars.bound_contextvars(job_id=job_id, attempt=attempt):
+            self._see_through(job_id, attempt)
+            if tracing.is_wanted():
+                with suppress(RedisError, UnknownJobError):
+                    tracing.export_attempt(self._ledger.get(job_id), attempt, began)
+
+    def _see_through(self, job_id: str, attempt: int) -> None:
+        with suppress(RedisError):  # before the fork, which takes a while on a busy machine
+            self._heartbeats.beat(job_id, attempt)
         killed_before = oom_kills()
         horse = Horse.start(partial(self._run, job_id, attempt))
-        logger.info("job %s: attempt %d runs in process %d", job_id, attempt, horse.pid)
+        logger.info("attempt runs in process %d", horse.pid)
         ending = attend(
             horse,
             job_id,
@@ -128,7 +141,7 @@ class WorkerLoop:
             was_out_of_memory=was_out_of_memory,
         )
         if state is not None:
-            logger.info("job %s: attempt %d ended, now %s", job_id, attempt, state)
+            logger.info("attempt ended, the job is now %s", state)
         if state == "queued":
             self._queue.enqueue(job_id)
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
+import structlog
 from obstore.exceptions import BaseError as BlobStoreError
 from redis.exceptions import RedisError
 
@@ -36,11 +37,10 @@ from worker.ledger import (
 )
 from worker.patience import patiently
 from worker.progress import ProgressReporter
-from worker.records import Artifact, JobError, JobRecord, JobState, StoredFile, Verdict
+from worker.records import Artifact, JobError, JobRecord, JobState, StoredFile
 from worker.sandbox import confine
 from worker.settings import WorkerSettings
 from worker.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
-from worker.summaries import JobSummary
 from worker.time_limit import TimeLimitReached, time_limit
 
 logger = logging.getLogger(__name__)
@@ -61,6 +61,7 @@ def run(job_id: str, attempt: int) -> int:
     ledger = Ledger(client)
     try:
         record = patiently(partial(ledger.get, job_id))
+        structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
         results = _Results(BlobStore.open(settings), BlobRegister(client))
         report = ProgressReporter(ledger, job_id, attempt)
         patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
@@ -80,12 +81,12 @@ class _Job:
     results: _Results
     progress: ProgressCallback
 
-    def done(self) -> tuple[dict[str, Artifact], Verdict | None, JobSummary]:
+    def done(self) -> tuple[dict[str, Artifact], JobFiles]:
         """Do the work and store its files, within the time limit."""
         with time_limit(self.settings.job_timeout):
             made = _work(self.record, self.results.blobs, self.progress, self.settings.job_timeout)
             _require_small(made.files, self.settings.job_file_bytes)
-            return self.results.store(made.files), made.verdict, made.summary
+            return self.results.store(made.files), made
 
 
 def _last_step(
@@ -94,7 +95,7 @@ def _last_step(
     """Do a job; what is to be told to the ledger about it."""
     error: MeshConeError
     try:
-        artifacts, verdict, summary = job.done()
+        artifacts, made = job.done()
     except (RedisError, BlobStoreError, BlobBusyError, TransitionRefusedError, UnknownJobError):
         raise
     except CancelRequestedError:
@@ -110,7 +111,14 @@ def _last_step(
         error = InternalError("an unexpected error in the service; it has been logged")
     else:
         return partial(
-            ledger.succeed, record.id, attempt, artifacts, verdict=verdict, summary=summary
+            ledger.succeed,
+            record.id,
+            attempt,
+            artifacts,
+            verdict=made.verdict,
+            summary=made.summary,
+            timings=made.tallies.timings,
+            counters=made.tallies.counters,
         )
     logger.info("job %s failed (%s): %s", record.id, error.kind, error)
     return partial(ledger.fail, record.id, attempt, JobError.of(error))

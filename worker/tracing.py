@@ -41,13 +41,16 @@ def is_wanted() -> bool:
     return not disabled and any(os.environ.get(name) for name in _ENDPOINTS)
 
 
-def export_attempt(record: JobRecord) -> None:
-    """Send the spans of an attempt that has ended, if anybody wants them.
+def export_attempt(record: JobRecord, attempt: int, began: datetime) -> None:
+    """Send the spans of an attempt that has ended; without the ``otel`` extra, say so.
 
-    What has no place to go, or finds nobody there, is dropped with a line in the log.
+    Nobody there to receive them is a line in the log, and no more.
+
+    Args:
+        record: the job as the attempt left it.
+        attempt: its number.
+        began: when it began.
     """
-    if not is_wanted():
-        return
     try:
         from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
         from opentelemetry.sdk.resources import Resource
@@ -62,32 +65,25 @@ def export_attempt(record: JobRecord) -> None:
         resource=Resource.create({"service.name": name}), shutdown_on_exit=False
     )
     provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter(timeout=_EXPORT_TIMEOUT)))
-    write_spans(record, provider)
+    write_spans(provider, record, attempt, began)
     provider.shutdown()
 
 
-def write_spans(record: JobRecord, provider: TracerProvider) -> None:
-    """Write two spans: how long the job has waited, and the attempt that followed.
-
-    Args:
-        record: the job after the attempt.
-        provider: makes the tracer.
-    """
-    if record.started is None:
-        return
+def write_spans(provider: TracerProvider, record: JobRecord, attempt: int, began: datetime) -> None:
+    """Write a span of the attempt and, before the first one, one of how long the job waited."""
     parent = propagate.extract(record.context)
     tracer = provider.get_tracer("meshcone")
-    attributes = {"meshcone.job.id": record.id, "meshcone.job.attempt": record.attempt}
-    started = _nanoseconds(record.started)
-    waiting = tracer.start_span(
-        "queued", context=parent, start_time=_nanoseconds(record.created), attributes=attributes
-    )
-    waiting.end(started)
+    attributes = {"meshcone.job.id": record.id, "meshcone.job.attempt": attempt}
+    if attempt == 1:
+        waiting = tracer.start_span(
+            "queued", context=parent, start_time=_nanoseconds(record.created), attributes=attributes
+        )
+        waiting.end(_nanoseconds(began))
     span = tracer.start_span(
         "attempt",
         context=parent,
         kind=trace.SpanKind.CONSUMER,
-        start_time=started,
+        start_time=_nanoseconds(began),
         attributes={
             **attributes,
             "meshcone.job.state": record.state,
