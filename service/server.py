@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 from contextlib import closing
 
@@ -43,6 +44,7 @@ def serve(listener: socket.socket) -> None:
         InputError: the environment's settings cannot be used.
     """
     configure_logging()
+    os.environ.setdefault("OTEL_SERVICE_NAME", "meshcone-api")
     settings = load_settings(ServiceSettings)
     settings.required_redis_url()
     keys_required = settings.require_keys == "always" or not is_loopback(listener.getsockname()[0])

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+import structlog
+
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.options import Options
@@ -23,6 +25,8 @@ from worker.records import JobRecord, StoredFile
 
 if TYPE_CHECKING:
     from service.sender import Sender
+
+logger = structlog.get_logger(__name__)
 
 KEY_REMEMBERED = 86_400  # seconds; a client that repeats itself later has forgotten why
 _FULL_RETRY_AFTER = "10"  # seconds
@@ -47,13 +51,15 @@ class IncomingFile:
 
 @dataclass(frozen=True)
 class Parcel:
-    """A submission whose files are known by their digests."""
+    """A submission whose files are known by their digests, and the id its job will have."""
 
+    job_id: str
     source: IncomingFile
     reference: IncomingFile
     resources: tuple[IncomingFile, ...]
     options: Options
     labels: tuple[str, ...]
+    webhook: str | None
 
     @property
     def files(self) -> tuple[IncomingFile, ...]:
@@ -71,6 +77,7 @@ class Parcel:
             "files": [(file.stored.name, file.stored.digest) for file in self.files],
             "options": self.options.model_dump(mode="json"),
             "labels": self.labels,
+            "webhook": self.webhook,
         }
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
@@ -81,13 +88,30 @@ def gather(submission: Submission, context: Context) -> Parcel:
     Raises:
         InputError: a file that is named was not sent before, or is no longer there.
     """
+    job_id = new_job_id()
     return Parcel(
-        source=_incoming(submission.source, context),
-        reference=_incoming(submission.reference, context),
-        resources=tuple(_incoming(file, context) for file in submission.resources),
+        job_id=job_id,
+        source=_incoming(submission.source, job_id, context),
+        reference=_incoming(submission.reference, job_id, context),
+        resources=tuple(_incoming(file, job_id, context) for file in submission.resources),
         options=submission.options,
         labels=submission.labels,
+        webhook=submission.webhook,
     )
+
+
+def require_signable(submission: Submission, sender: Sender, context: Context) -> None:
+    """Refuse a webhook that could not be signed.
+
+    Raises:
+        InputError: neither the sender nor the installation has a secret for it.
+    """
+    has_secret = sender.key is not None or context.settings.webhook_secret is not None
+    if submission.webhook is not None and not has_secret:
+        raise InputError(
+            "there is nothing to sign the webhook with: send the job with an API key, "
+            "or have MESHCONE_WEBHOOK_SECRET set"
+        )
 
 
 def check_meshes(parcel: Parcel, blobs: BlobStore) -> None:
@@ -130,19 +154,20 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
             has used the key.
     """
     record = JobRecord(
-        id=new_job_id(),
+        id=parcel.job_id,
         created=datetime.now(UTC),
         labels=parcel.labels,
         source=parcel.source.stored,
         reference=parcel.reference.stored,
         resources=tuple(file.stored for file in parcel.resources),
         options=parcel.options.model_dump(mode="json"),
+        webhook=parcel.webhook,
         owner=sender.owner,
         context=sender.context,
     )
     if sender.key is not None:
         context.quotas.reserve(sender.key, record.id, parcel.size)
-    _lease({file.stored.digest for file in parcel.files}, context)
+    _lease({file.stored.digest for file in parcel.files}, record.id, context)
     for file in parcel.files:
         file.keep(context.blobs)
     key = None
@@ -157,6 +182,7 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
     if job_id != record.id:
         return _known(job_id, context)
     context.queue.enqueue(record.id)
+    logger.info("job accepted", job_id=record.id)
     return record
 
 
@@ -168,12 +194,12 @@ def queue_full() -> ProblemError:
     )
 
 
-def _incoming(file: Upload | NamedBlob, context: Context) -> IncomingFile:
+def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> IncomingFile:
     if isinstance(file, Upload):
         stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
         return IncomingFile(stored, file)
     # Leased before it is looked for: what is found then stays.
-    _lease({file.sha256}, context)
+    _lease({file.sha256}, job_id, context)
     try:
         size = context.blobs.size(file.sha256)
     except FileNotFoundError:
@@ -185,9 +211,9 @@ def _incoming(file: Upload | NamedBlob, context: Context) -> IncomingFile:
     return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size), None)
 
 
-def _lease(digests: set[str], context: Context) -> None:
+def _lease(digests: set[str], job_id: str, context: Context) -> None:
     try:
-        context.register.lease(digests)
+        context.register.lease(digests, job_id)
     except BlobBusyError:
         raise ProblemError(
             problem("unavailable", "a file of this content is being removed; try again"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from service.uploads import LABEL_LENGTH, MAX_LABELS, NamedBlob
+from worker.webhooks.addresses import URL_LENGTH
 
 _BYTES = {"type": "string", "contentMediaType": "application/octet-stream"}
 _BLOB = {
@@ -46,6 +47,13 @@ SUBMISSION_FORM: dict[str, Any] = {
                             "items": {"type": "string", "maxLength": LABEL_LENGTH},
                             "maxItems": MAX_LABELS,
                             "description": "names to find the job by, a field each",
+                        },
+                        "webhook": {
+                            "type": "string",
+                            "format": "uri",
+                            "maxLength": URL_LENGTH,
+                            "description": "where to say that the job has ended, signed as "
+                            "standardwebhooks.com describes",
                         },
                     },
                     "additionalProperties": False,

@@ -12,7 +12,7 @@ from service.events import EventsDependency
 from service.preferences import PreferHeader, preferred_wait
 from service.schemas import JOBS_PATH, Job, job_path
 from service.sender import ClaimDependency, Sender, SenderDependency
-from service.submission import accept, check_meshes, gather, made_before
+from service.submission import accept, check_meshes, gather, made_before, require_signable
 from service.submission_form import SUBMISSION_FORM
 from service.uploads import Submission, read_submission
 from worker.idempotency import Claim
@@ -69,6 +69,7 @@ async def submit_job(
 def _accept(
     submission: Submission, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
+    require_signable(submission, sender, context)
     parcel = gather(submission, context)
     if claim is not None and (made := made_before(parcel, claim, context)) is not None:
         return made

@@ -15,8 +15,9 @@ from meshcone.gates.paths import require_known
 from meshcone.options import Options, parse_options_json
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
+from worker.webhooks.addresses import require_webhook_url
 
-FIELDS = ("source", "reference", "options", "resources", "label")
+FIELDS = ("source", "reference", "options", "resources", "label", "webhook")
 NAME_LENGTH = 255  # characters; what common file systems allow
 LABEL_LENGTH = 200  # characters
 MAX_LABELS = 16
@@ -55,6 +56,7 @@ class Submission:
     resources: tuple[Upload | NamedBlob, ...]
     options: Options
     labels: tuple[str, ...]
+    webhook: str | None
 
 
 async def read_submission(request: Request) -> AsyncIterator[Submission]:
@@ -90,6 +92,7 @@ async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
         resources=resources,
         options=await _options(form),
         labels=_labels(form),
+        webhook=_webhook(form, settings),
     )
 
 
@@ -170,3 +173,12 @@ def _labels(form: FormData) -> tuple[str, ...]:
             )
         labels.append(value)
     return tuple(dict.fromkeys(labels))
+
+
+def _webhook(form: FormData, settings: ServiceSettings) -> str | None:
+    value = _single(form, "webhook")
+    if value is None or value == "":
+        return None
+    if not isinstance(value, str):
+        raise InputError("form field 'webhook' must be plain text, found a file")
+    return require_webhook_url(value, private_addresses=settings.webhook_private_addresses)

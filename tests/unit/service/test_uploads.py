@@ -107,3 +107,15 @@ def test_a_mesh_in_a_format_that_cannot_be_written_is_refused_as_source(http: Te
 
     assert answer.status_code == 422
     assert answer.json()["file"] == "mug.ply"
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("http://example.org/", "the webhook must be a URL that begins with https://"),
+        ("https://10.0.0.1/", "the webhook's address is not a public one"),
+        ("https://example.org/", "there is nothing to sign the webhook with"),
+    ],
+)
+def test_a_webhook_that_cannot_be_sent_is_refused(http: TestClient, url: str, said: str) -> None:
+    assert said in detail(http, both(), {**DEFAULTS, "webhook": url})
