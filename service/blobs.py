@@ -19,6 +19,7 @@ from worker.blob_register import BlobBusyError
 router = APIRouter(prefix="/v1/blobs", tags=["files"])
 
 _IN_MEMORY = 1024 * 1024  # bytes; what is larger goes to disk while it comes
+_HOLDER = "upload"
 _FILE = {"type": "string", "contentMediaType": "application/octet-stream"}
 _BODY = {
     "requestBody": {
@@ -91,7 +92,7 @@ def head_blob(sha256: Digest, context: ContextDependency) -> Response:
 def _keep(upload: UploadFile, sha256: str, context: Context) -> bool:
     """Store a file, and return whether it is new."""
     try:
-        context.register.lease([sha256], context.settings.upload_ttl)
+        context.register.lease([sha256], _HOLDER, context.settings.upload_ttl)
     except BlobBusyError:
         raise ProblemError(
             problem("unavailable", "a file of this content is being removed; try again"),

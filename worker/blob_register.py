@@ -1,10 +1,11 @@
 """Which blobs are needed, and which can be removed.
 
 A blob is needed while a job refers to it, or somebody holds a *lease*: whoever is about to
-store a blob, or to name one that is there, takes a lease first. A blob that nobody needs is
-*doomed*, and stays so until it is gone from the store; a lease on a doomed blob is refused,
-so that nobody counts on a file that is about to vanish. Every blob was leased before it was
-stored, so none is ever unknown here and the store itself is never searched.
+store a blob, or to name one that is there, takes a lease first. The step of the ledger that
+makes a job refer to a blob ends the job's lease. A blob that nobody needs is *doomed*, and
+stays so until it is gone from the store; a lease on a doomed blob is refused, so that nobody
+counts on a file that is about to vanish. Every blob was leased before it was stored, so none
+is ever unknown here and the store itself is never searched.
 
 References are counted by the ledger's steps (:mod:`worker.ledger_scripts`).
 """
@@ -46,16 +47,21 @@ class BlobRegister:
     def __init__(self, client: Redis) -> None:
         self._client = client
         self._lease = client.register_script(ledger_scripts.LEASE)
-        self._doom = client.register_script(ledger_scripts.DOOM)
+        self._end_leases = client.register_script(ledger_scripts.END_LEASES)
         self._take = client.register_script(ledger_scripts.TAKE_DOOMED)
 
-    def lease(self, digests: Iterable[str], seconds: int = LEASE_SECONDS) -> None:
+    def lease(self, digests: Iterable[str], holder: str, seconds: int = LEASE_SECONDS) -> None:
         """Keep blobs, there already or soon to be, for a time.
+
+        Args:
+            digests: the blobs.
+            holder: for whom: the id of the job that will refer to them, or another name.
+            seconds: how long at least; taken again, a lease is only ever made longer.
 
         Raises:
             BlobBusyError: one is being removed, and was not gone within five seconds.
         """
-        arguments: list[str | int] = [seconds, *digests]
+        arguments: list[str | int] = [seconds, holder, *digests]
         deadline = time.monotonic() + _PATIENCE
         while self._lease([], arguments):
             if time.monotonic() > deadline:
@@ -67,7 +73,7 @@ class BlobRegister:
 
         It can be interrupted anywhere, and two can be under way at once.
         """
-        while self._doom([], [_EXAMINED_AT_ONCE]) == _EXAMINED_AT_ONCE:
+        while self._end_leases([], [_EXAMINED_AT_ONCE]) == _EXAMINED_AT_ONCE:
             pass
         removed = 0
         while taken := self._take([], [_REMOVED_AT_ONCE, _REMOVAL_SECONDS]):

@@ -61,26 +61,29 @@ local function announce(state, attempt)
   end
 end
 
-local function hold(digests)
-  for _, digest in ipairs(digests) do
-    if redis.call('SADD', blobs, digest) == 1 then
-      redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, 1)
-    end
+-- A blob is needed as often as jobs and leases name it; see worker.blob_register.
+local function need(digest, times)
+  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, times) <= 0 then
+    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
+    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
   end
 end
 
--- A blob that no job refers to and nobody is about to is doomed; see worker.blob_register.
-local function let_go()
-  for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do
-    if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, -1) <= 0 then
-      redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
-      local lease = redis.call('ZSCORE', '{keys.BLOB_LEASES}', digest)
-      if not lease or tonumber(lease) <= now() then
-        redis.call('ZREM', '{keys.BLOB_LEASES}', digest)
-        redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
-      end
-    end
+local function end_lease(digest)
+  if redis.call('ZREM', '{keys.BLOB_LEASES}', digest .. '/' .. step.id) == 1 then
+    need(digest, -1)
   end
+end
+
+local function hold(digests)
+  for _, digest in ipairs(digests) do
+    if redis.call('SADD', blobs, digest) == 1 then need(digest, 1) end
+    end_lease(digest)
+  end
+end
+
+local function let_go()
+  for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do need(digest, -1) end
   redis.call('DEL', blobs)
 end
 
@@ -140,6 +143,7 @@ local new = step.to
 if state == 'running' and redis.call('HEXISTS', job, 'cancel_requested') == 1 then
   new = 'canceled'
   set({{finished=step.finished, progress='null'}})
+  for _, digest in ipairs(step.digests) do end_lease(digest) end
 else
   set(step.fields)
   hold(step.digests)
@@ -237,35 +241,41 @@ return {{{ACCEPTED}, state, attempt}}
 """
 )
 
-DOOM = f"""
--- ARGV[1]: how many leases to look at. Dooms the blobs whose lease has run out and that no
--- job refers to; forgets the leases of the others.
-local time = redis.call('TIME')
-local over = redis.call('ZRANGEBYSCORE', '{keys.BLOB_LEASES}', '-inf', time[1],
-                        'LIMIT', 0, ARGV[1])
-for _, digest in ipairs(over) do
-  redis.call('ZREM', '{keys.BLOB_LEASES}', digest)
-  if redis.call('HEXISTS', '{keys.BLOB_REFERENCES}', digest) == 0 then
-    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
-  end
-end
-return #over
-"""
-
 LEASE = f"""
--- ARGV: seconds, then digests. Answers those that are being removed, of which none is leased.
+-- ARGV: seconds, holder, then digests. Answers those that are being removed, of which none
+-- is leased.
 local doomed = {{}}
-for index = 2, #ARGV do
+for index = 3, #ARGV do
   if redis.call('ZSCORE', '{keys.DOOMED_BLOBS}', ARGV[index]) then
     doomed[#doomed + 1] = ARGV[index]
   end
 end
 if #doomed > 0 then return doomed end
 local time = redis.call('TIME')
-for index = 2, #ARGV do
-  redis.call('ZADD', '{keys.BLOB_LEASES}', 'GT', time[1] + ARGV[1], ARGV[index])
+for index = 3, #ARGV do
+  local lease = ARGV[index] .. '/' .. ARGV[2]
+  if not redis.call('ZSCORE', '{keys.BLOB_LEASES}', lease) then
+    redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', ARGV[index], 1)
+  end
+  redis.call('ZADD', '{keys.BLOB_LEASES}', 'GT', time[1] + ARGV[1], lease)
 end
 return doomed
+"""
+
+END_LEASES = f"""
+-- ARGV[1]: how many leases to look at. Ends those that have run out.
+local time = redis.call('TIME')
+local over = redis.call('ZRANGEBYSCORE', '{keys.BLOB_LEASES}', '-inf', time[1],
+                        'LIMIT', 0, ARGV[1])
+for _, lease in ipairs(over) do
+  redis.call('ZREM', '{keys.BLOB_LEASES}', lease)
+  local digest = string.match(lease, '^[^/]*')
+  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, -1) <= 0 then
+    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
+    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
+  end
+end
+return #over
 """
 
 TAKE_DOOMED = f"""

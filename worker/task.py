@@ -62,7 +62,7 @@ def run(job_id: str, attempt: int) -> int:
     try:
         record = patiently(partial(ledger.get, job_id))
         structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
-        results = _Results(BlobStore.open(settings), BlobRegister(client))
+        results = _Results(job_id, BlobStore.open(settings), BlobRegister(client))
         report = ProgressReporter(ledger, job_id, attempt)
         patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
     except (TransitionRefusedError, UnknownJobError) as refusal:
@@ -167,11 +167,12 @@ def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, 
 class _Results:
     """Where an attempt leaves its files; nobody sees them before the ledger names them."""
 
+    job_id: str
     blobs: BlobStore
     register: BlobRegister
 
     def store(self, files: Mapping[str, ArtifactFile]) -> dict[str, Artifact]:
-        self.register.lease(file.digest for file in files.values())
+        self.register.lease({file.digest for file in files.values()}, self.job_id)
         return {
             name: Artifact(
                 digest=self.blobs.put(file.data),

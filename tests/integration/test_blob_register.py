@@ -100,7 +100,7 @@ def test_a_leased_blob_stays_without_a_job(
     ledger: Ledger, register: BlobRegister, blobs: BlobStore
 ) -> None:
     job = job_with(something(), blobs)
-    register.lease([job.source.digest], 60)
+    register.lease([job.source.digest], "somebody", 60)
     finish(ledger, job)
 
     ledger.delete(job.id)
@@ -109,9 +109,38 @@ def test_a_leased_blob_stays_without_a_job(
     assert blobs.exists(job.source.digest)
 
 
+def test_a_job_needs_its_own_lease_no_longer_once_it_refers_to_the_blob(
+    ledger: Ledger, register: BlobRegister, blobs: BlobStore
+) -> None:
+    job = job_with(something(), blobs)
+    register.lease([job.source.digest], job.id)
+    finish(ledger, job)
+
+    ledger.delete(job.id)
+    register.sweep(blobs)
+
+    assert not blobs.exists(job.source.digest)
+
+
+def test_what_a_canceled_attempt_has_made_is_removed(
+    ledger: Ledger, register: BlobRegister, blobs: BlobStore
+) -> None:
+    job, made = job_with(something(), blobs), something()
+    artifact = Artifact(digest=blobs.put(made), media_type="x/y", filename="z", size=36)
+    ledger.create(job)
+    attempt = ledger.begin(job.id)
+    register.lease([artifact.digest], job.id)
+    ledger.cancel(job.id)
+
+    ledger.succeed(job.id, attempt, {"mesh": artifact})
+    register.sweep(blobs)
+
+    assert not blobs.exists(artifact.digest)
+
+
 def test_a_lease_that_has_run_out_keeps_nothing(register: BlobRegister, blobs: BlobStore) -> None:
     digest = blobs.put(something())
-    register.lease([digest], -1)
+    register.lease([digest], "somebody", -1)
 
     register.sweep(blobs)
 
@@ -120,8 +149,8 @@ def test_a_lease_that_has_run_out_keeps_nothing(register: BlobRegister, blobs: B
 
 def test_a_short_lease_does_not_cut_a_long_one(register: BlobRegister, blobs: BlobStore) -> None:
     digest = blobs.put(something())
-    register.lease([digest], 60)
-    register.lease([digest], -1)
+    register.lease([digest], "somebody", 60)
+    register.lease([digest], "somebody", -1)
 
     register.sweep(blobs)
 
@@ -136,7 +165,7 @@ def test_a_blob_that_is_being_removed_cannot_be_leased(
     monkeypatch.setattr("worker.blob_register._PATIENCE", 0.1)
 
     with pytest.raises(BlobBusyError):
-        register.lease([digest])
+        register.lease([digest], "somebody")
 
     client.zrem(DOOMED_BLOBS, digest)
-    register.lease([digest])
+    register.lease([digest], "somebody")
