@@ -29,7 +29,7 @@ _FAIRNESS_FLOOR = 1e-4
 # Samples of the reference: about as many again as the source has vertices while that is
 # cheap, and fewer for dense meshes, whose edges are shorter than what is left to find.
 _FEWEST_SAMPLES = 2000
-_DENSE_FROM = 20_000
+_DENSE_FROM = 40_000
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class PreparedReference:
 
         Its own vertices are among the samples: they are where corners are.
         """
-        count = min(2 * source_vertices, _DENSE_FROM + source_vertices // 2)
+        count = min(2 * source_vertices, _DENSE_FROM + source_vertices // 4)
         count = max(count, _FEWEST_SAMPLES)
         samples = sample_surface(reference, count, seed)
         chosen = reference.used_vertices
