@@ -37,6 +37,11 @@ def listen(host: str, port: int) -> socket.socket:
     return listener
 
 
+def asks_for_keys(settings: ServiceSettings, host: str) -> bool:
+    """Whether a server that listens on an address is to ask for API keys."""
+    return settings.require_keys == "always" or not is_loopback(host)
+
+
 def serve(listener: socket.socket) -> None:
     """Answer HTTP requests until SIGTERM or SIGINT.
 
@@ -47,7 +52,7 @@ def serve(listener: socket.socket) -> None:
     os.environ.setdefault("OTEL_SERVICE_NAME", "meshcone-api")
     settings = load_settings(ServiceSettings)
     settings.required_redis_url()
-    keys_required = settings.require_keys == "always" or not is_loopback(listener.getsockname()[0])
+    keys_required = asks_for_keys(settings, listener.getsockname()[0])
     if keys_required:
         logger.info("every request needs an API key; `meshcone keys create` makes one")
     app = create_app(settings, keys_required=keys_required)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from meshcone.errors import InputError
-from meshcone.progress import Progress, ProgressCallback
 from service.cli.arguments import Assignments, Reference, Source, options_from
 from service.cli.local_files import read_local
 from service.cli.output import certificate_path, require_writable, write_together
+from service.cli.progress_bar import progress_bar
 
 
 def command(
@@ -51,7 +49,7 @@ def command(
 
     from meshcone.refine import refine  # 2.5 s, not to be paid for a mistyped name
 
-    with _progress_bar() as show:
+    with progress_bar() as show:
         refinement = refine(source_file, reference_file, options, progress=show)
     contents = {out: refinement.data}
     if report is not None:
@@ -59,24 +57,3 @@ def command(
         if refinement.certificate is not None:
             contents[certificate_path(report)] = refinement.certificate
     write_together(contents)
-
-
-@contextmanager
-def _progress_bar() -> Iterator[ProgressCallback | None]:
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Bar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("read", total=1.0)
-
-        def show(progress: Progress) -> None:
-            rounds = f" {progress.round}/{progress.rounds}" if progress.stage == "solve" else ""
-            bar.update(task, completed=progress.fraction, description=progress.stage + rounds)
-
-        yield show

@@ -2,6 +2,122 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-def command() -> None:
-    """Send SOURCE and REFERENCE to a service."""
+import typer
+
+from meshcone.errors import InputError, InternalError, MeshConeError
+from service.cli.arguments import Assignments, Reference, Source, options_from
+from service.cli.local_files import read_local
+from service.cli.output import certificate_path, require_writable, write_together
+from service.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from service.client import Client
+    from service.schemas import Job
+
+_JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
+
+
+def command(
+    source: Source,
+    reference: Reference,
+    server: Annotated[
+        str, typer.Option(metavar="URL", help="The service to work there.", show_default=False)
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Refined mesh to write.", show_default=False),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            help="Report to write, as JSON, with its certificate beside it.", show_default=False
+        ),
+    ] = None,
+    label: Annotated[
+        list[str] | None,
+        typer.Option(help="Name to find the job by; can be repeated.", show_default=False),
+    ] = None,
+    webhook: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Where the service is to say that the job has ended.",
+            show_default=False,
+        ),
+    ] = None,
+    assignments: Assignments = None,
+) -> None:
+    """Send SOURCE and REFERENCE to a service; wait for what --out and --report are to hold.
+
+    Without either it prints where the job is and waits for nothing. An API key is taken from
+    MESHCONE_API_KEY.
+    """
+    options = options_from(assignments)
+    if out is not None and options.mode != "refine":
+        raise InputError("the mode 'measure' makes no mesh: leave --out away")
+    for path in (out, report, report and certificate_path(report)):
+        if path is not None:
+            require_writable(path)
+    source_file, reference_file = read_local(source), read_local(reference)
+
+    import httpx2
+
+    from service.client import ServiceError
+    from service.connection import connect, error_of
+
+    with connect(server) as client:
+        try:
+            job = client.submit(
+                source_file,
+                reference_file,
+                options.model_dump(mode="json", exclude_unset=True),
+                labels=label or (),
+                webhook=webhook,
+            )
+            if out is None and report is None:
+                typer.echo(f"{server.rstrip('/')}{job.links.self}")
+                return
+            contents = _results(client, _ended(client, job), out, report)
+        except ServiceError as error:
+            raise error_of(error.problem) from None
+        except httpx2.HTTPError as error:
+            raise InternalError(f"the service does not answer: {error}") from None
+    write_together(contents)
+
+
+def _ended(client: Client, job: Job) -> Job:
+    with progress_bar() as show:
+
+        def on_change(seen: Job) -> None:
+            if show is not None and seen.progress is not None:
+                show(seen.progress)
+
+        try:
+            ended = client.wait(job.id, timeout=_JOB_TIMEOUT, on_change=on_change)
+        except TimeoutError as error:
+            raise InternalError(str(error)) from None
+    if ended.state != "succeeded":
+        raise _why_not(ended)
+    return ended
+
+
+def _why_not(job: Job) -> MeshConeError:
+    from service.connection import error_of
+
+    if job.error is None:
+        return InputError(f"job {job.id} was canceled")
+    return error_of(job.error)
+
+
+def _results(client: Client, job: Job, out: Path | None, report: Path | None) -> dict[Path, bytes]:
+    contents = {}
+    if out is not None:
+        contents[out] = client.mesh(job.id)
+    if report is not None:
+        contents[report] = client.report_bytes(job.id)
+        if job.links.certificate is not None:
+            contents[certificate_path(report)] = client.certificate(job.id)
+    return contents

@@ -5,39 +5,17 @@ from __future__ import annotations
 import threading
 
 import httpx2
-from pydantic import ValidationError
 
-from meshcone.errors import (
-    CrashError,
-    InfeasibleError,
-    InputError,
-    InternalError,
-    LimitError,
-    MeshConeError,
-    OutOfMemoryError,
-    SolveTimeoutError,
-)
+from meshcone.errors import InternalError, SolveTimeoutError
 from meshcone.gates.results import AssetResult
 from service.cli.local_files import read_local
-from service.client import Client, ServiceError
+from service.client import ServiceError
+from service.connection import connect, error_of
 from service.gating.job import GateJob, Judgement, judged
-from service.problems import Problem
 from service.uploads import LABEL_LENGTH
 
 JOB_TIMEOUT = 3600.0  # seconds a job may be queued and worked on
 _LOOK_INTERVAL = 1.0  # seconds between looks whether to go on waiting
-_ERRORS: dict[str, type[MeshConeError]] = {
-    error.kind: error
-    for error in (
-        InputError,
-        LimitError,
-        InfeasibleError,
-        SolveTimeoutError,
-        OutOfMemoryError,
-        CrashError,
-        InternalError,
-    )
-}
 
 
 class RemoteGatekeeper:
@@ -49,13 +27,7 @@ class RemoteGatekeeper:
 
     def __init__(self, url: str) -> None:
         """Look whether a service is there."""
-        try:
-            self._client = Client(url)
-            self._client.jobs(limit=1)
-        except (httpx2.HTTPError, httpx2.InvalidURL, ValidationError):
-            raise InputError(f"no MeshCone service answers at {url}") from None
-        except ServiceError as error:
-            raise InputError(f"the service at {url} cannot work just now: {error}") from None
+        self._client = connect(url)
         self._stopped = threading.Event()
 
     def judge(self, job: GateJob) -> AssetResult:
@@ -70,7 +42,7 @@ class RemoteGatekeeper:
         try:
             return self._judgement(job)
         except ServiceError as error:
-            raise _error_of(error.problem) from None
+            raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
             raise InternalError(f"the service does not answer: {error}") from None
 
@@ -78,7 +50,7 @@ class RemoteGatekeeper:
         source, reference = read_local(job.pair.source), read_local(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
         label = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
-        sent = self._client.submit(source, reference, document, label=label)
+        sent = self._client.submit(source, reference, document, labels=[label])
         waited = 0.0
         while not self._stopped.is_set() and waited < JOB_TIMEOUT:
             try:
@@ -87,11 +59,6 @@ class RemoteGatekeeper:
                 waited += _LOOK_INTERVAL
                 continue
             if ended.error is not None:
-                raise _error_of(ended.error)
+                raise error_of(ended.error)
             return Judgement.of(self._client.report(ended.id))
         raise SolveTimeoutError(f"job {sent.id} has not ended within {JOB_TIMEOUT:g} s")
-
-
-def _error_of(problem: Problem) -> MeshConeError:
-    kind = problem if problem.error is None else problem.error
-    return _ERRORS[kind.kind](kind.detail, file=kind.file, place=kind.place)

@@ -35,7 +35,7 @@ def http(stack: Stack) -> Iterator[httpx2.Client]:
 def finished(stack: Stack, rough_ball: MeshFile, ball: MeshFile) -> Job:
     """A job that has succeeded."""
     with Client(stack.url) as client:
-        return client.wait(client.submit(rough_ball, ball, label="the finished one").id)
+        return client.wait(client.submit(rough_ball, ball, labels=["the finished one"]).id)
 
 
 def form(source: SentFile, reference: SentFile) -> dict[str, SentFile]:

@@ -19,6 +19,7 @@ DEPLOYMENT = [ROOT / "Dockerfile", ROOT / "docker-compose.yml"]
 SETTINGS = {
     *(f"MESHCONE_{name.upper()}" for name in ServiceSettings.model_fields),
     *(f"MESHCONE_LIMIT_{name.upper()}" for name in Limits.model_fields),
+    "MESHCONE_API_KEY",
     "MESHCONE_DEBUG",
 }
 

@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 from service.app import create_app
 from service.auth import is_loopback, required_scope
 from service.keys import parse_token
+from service.server import asks_for_keys
 from service.settings import ServiceSettings
 
 TOKEN = "mc_0123456789abcdef_" + "x" * 43
@@ -134,3 +135,13 @@ def test_these_are_not(host: str) -> None:
 def test_a_token_is_spelled_in_one_way_only(token: str) -> None:
     assert parse_token(token) is None
     assert parse_token(TOKEN) == ("0123456789abcdef", "x" * 43)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "::"])  # noqa: S104
+def test_a_server_that_others_reach_asks_for_keys(host: str) -> None:
+    assert asks_for_keys(ServiceSettings(), host)
+
+
+def test_a_server_that_only_its_machine_reaches_asks_where_it_is_told_to() -> None:
+    assert not asks_for_keys(ServiceSettings(), "127.0.0.1")
+    assert asks_for_keys(ServiceSettings(require_keys="always"), "127.0.0.1")
