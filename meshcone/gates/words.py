@@ -45,6 +45,11 @@ def name_of(key: str) -> str:
     return _NAMES.get(key, key)
 
 
+def names_in_words() -> dict[str, str]:
+    """The values of a report that have a name in words, with that name."""
+    return dict(_NAMES)
+
+
 def number(value: float, beside: float | None = None) -> str:
     """Write a number with as few digits as leave it different from the one it stands beside."""
     for digits in range(_LEAST_DIGITS, _MOST_DIGITS + 1):

@@ -1,0 +1,56 @@
+// A job's state, outcome and verdict, in chips and in words.
+
+import { h } from "meshcone/dom";
+import { number, times, words } from "meshcone/format";
+
+const OUTCOMES = {
+  improved: "closer to its reference than it was",
+  indistinguishable: "cannot be told from what it is compared with, by the samples taken",
+  unchanged: "no vertex moved",
+  reference_copy: "a copy of the reference, which is no refinement",
+  worse: "farther from its reference than it was",
+  different: "can be told from its reference",
+};
+
+export const chip = (kind, text = words(kind)) => h("span", { class: `chip ${kind}` }, text);
+
+export const outcomeWords = (outcome) => OUTCOMES[outcome] ?? words(outcome);
+
+export const hasEnded = (job) => ["succeeded", "failed", "canceled"].includes(job.state);
+
+export function stageWords(progress) {
+  if (!progress) return "starting";
+  const round = progress.stage === "solve" && progress.rounds ? `, round ${progress.round} of ${progress.rounds}` : "";
+  const said = { read: "reading", solve: "solving", write: "writing", quality: "measuring" };
+  return (said[progress.stage] ?? progress.stage) + round;
+}
+
+/** What the gates say of a report, as one sentence. */
+export function verdictSentence(gates) {
+  if (!gates) return "No gates were set, so there is no verdict.";
+  const failed = gates.checks.filter((check) => check.status === "fail" && check.severity === "error").length;
+  const count = `${gates.checks.length} ${gates.checks.length === 1 ? "check" : "checks"}`;
+  if (gates.verdict === "pass") return `Passed: ${gates.checks.length === 1 ? "its check holds" : `${count} hold`}.`;
+  if (gates.verdict === "fail") return `Failed: ${failed} of ${count}.`;
+  return "Not decided: something could not be tested.";
+}
+
+/** What became of the mesh, as one sentence. */
+export function outcomeSentence(report) {
+  const radius = report.frame.radius;
+  const before = report.quality.input.point_to_surface.mean;
+  const after = report.quality.refined?.point_to_surface.mean;
+  const inUnits = (value) => number(value * radius);
+  if (after === undefined) return `The mesh lies ${inUnits(before)} model units from its reference on average.`;
+  if (report.outcome === "improved") {
+    return `The refined mesh is ${times(before, after)} times closer to its reference: mean deviation ${inUnits(before)} → ${inUnits(after)} model units.`;
+  }
+  return `The refined mesh is ${outcomeWords(report.outcome)}: mean deviation ${inUnits(before)} → ${inUnits(after)} model units.`;
+}
+
+/** What is worst about a finished job, for a row of a table. */
+export function worstWords(summary) {
+  if (!summary) return "";
+  if (summary.worst) return summary.worst.words;
+  return `worst deviation ${number(summary.metrics["point_to_surface.max"] * summary.radius)}`;
+}

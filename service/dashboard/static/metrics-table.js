@@ -1,0 +1,92 @@
+// Every metric of a report: input, refined, floor, and what the gates ask of it.
+
+import { embedded, h } from "meshcone/dom";
+import { number } from "meshcone/format";
+import { chip } from "meshcone/job-words";
+
+const BETTER_IF_LARGER = new Set(["normal_consistency", "surface_normal_consistency", "fscore", "validity.watertight"]);
+const NEITHER = new Set(["validity.components"]);
+const GROUPS = [
+  ["Distances", /^(point_to_surface|chamfer|chamfer_l1|hausdorff|hausdorff95|emd|fscore)(\.|$)/],
+  ["Normals and curvature", /^(normal_|surface_normal|curvature)/],
+  ["Faces", /^aspect_ratio/],
+  ["Validity", /^validity/],
+];
+const POWERS = { radius: 1, "radius²": 2, "1/radius": -1 };
+
+/** Every number, yes or no of a metric set, by its dotted name; places are left out. */
+function leaves(metrics, prefix = "") {
+  return Object.entries(metrics ?? {}).flatMap(([name, value]) => {
+    if (Array.isArray(value)) return [];
+    return value !== null && typeof value === "object" ? leaves(value, `${prefix}${name}.`) : [[prefix + name, value]];
+  });
+}
+
+function bars(before, after) {
+  if (typeof before !== "number" || typeof after !== "number") return null;
+  const top = Math.max(Math.abs(before), Math.abs(after));
+  if (top === 0) return null;
+  const bar = (kind, value) => h("span", { class: kind, style: { width: `${(100 * Math.abs(value)) / top}%` } });
+  return [bar("before", before), bar("after", after)];
+}
+
+function tendency(name, before, after) {
+  if (typeof before === "boolean" || after === undefined || after === null || before === null || NEITHER.has(name) || before === after) return "";
+  return (after > before) === BETTER_IF_LARGER.has(name) ? "better" : "worse";
+}
+
+function gateCell(checks) {
+  return checks.map((check) => h("div", { title: check.words }, chip(check.status), " ",
+    h("span", { class: "soft" }, `${check.bound.replaceAll("_", " ")} ${number(check.limit ?? (Array.isArray(check.allowed) ? check.allowed.join(", ") : check.allowed))}`)));
+}
+
+/** The table, and a switch between relative and model units. */
+export function metricsTable(report) {
+  const { quality, frame } = report;
+  const names = embedded("words");
+  const refined = quality.refined ? Object.fromEntries(leaves(quality.refined)) : null;
+  const floor = Object.fromEntries(leaves(quality.floor));
+  const input = leaves(quality.input);
+  const checks = report.gates?.checks ?? [];
+  const body = h("tbody");
+  const unitOf = (name) => quality.conventions.metrics[name.split(".")[0]]?.unit ?? "1";
+
+  const shown = (name, value, model) => {
+    const power = POWERS[unitOf(name)];
+    if (typeof value === "number" && power && model && !name.endsWith("share_over_4")) return number(value * frame.radius ** power);
+    return value === null || value === undefined ? "–" : number(value);
+  };
+  const unit = (name, model) => {
+    const text = unitOf(name);
+    if (text === "1" || text === "count") return "";
+    if (!(text in POWERS)) return text;
+    return model ? text.replace("radius", "unit") : text;
+  };
+
+  function fill(model) {
+    body.replaceChildren(...GROUPS.flatMap(([title, pattern]) => {
+      const rows = input.filter(([name]) => pattern.test(name)).map(([name, before]) => {
+        const after = refined?.[name];
+        const definition = quality.conventions.metrics[name.split(".")[0]]?.definition;
+        return h("tr", { "data-metric": name },
+          h("th", { scope: "row", title: definition }, names[name] ?? name, " ", h("span", { class: "soft" }, unit(name, model))),
+          h("td", { class: "number" }, shown(name, before, model)),
+          refined && h("td", { class: `number ${tendency(name, before, after)}` }, shown(name, after, model)),
+          h("td", { class: "number soft" }, shown(name, floor[name], model)),
+          refined && h("td", { class: "bars" }, bars(before, after)),
+          h("td", null, gateCell(checks.filter((check) => check.key === name))));
+      });
+      return rows.length ? [h("tr", { class: "group" }, h("th", { colspan: "6", scope: "rowgroup" }, title)), ...rows] : [];
+    }));
+  }
+
+  const units = h("select", { "aria-label": "Unit of distances", onchange: () => fill(units.value === "model"), style: { width: "auto" } },
+    h("option", { value: "model" }, "in model units"), h("option", { value: "relative" }, "relative to the radius"));
+  fill(true);
+  return h("section", { class: "card", "aria-labelledby": "metrics-title" },
+    h("div", { class: "row heading" }, h("h2", { id: "metrics-title", class: "grow" }, "Metrics"), units),
+    h("div", { class: "scroll", tabindex: "0", role: "region", "aria-labelledby": "metrics-title" }, h("table", null,
+      h("thead", null, h("tr", null, h("th", { scope: "col" }, "Metric"), h("th", { scope: "col", class: "number" }, "Input"), refined && h("th", { scope: "col", class: "number" }, "Refined"), h("th", { scope: "col", class: "number" }, "Floor"), refined && h("th", { scope: "col" }, "Input / refined"), h("th", { scope: "col" }, "Gate"))),
+      body)),
+    h("p", { class: "hint" }, quality.conventions.floor));
+}

@@ -1,0 +1,48 @@
+// Reading the GLB files of a job: binary glTF 2.0 with plain accessors, as the worker writes them.
+
+const TYPES = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
+const WIDTHS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
+
+function parse(buffer) {
+  const header = new DataView(buffer);
+  if (buffer.byteLength < 28 || header.getUint32(0, true) !== 0x46546c67) throw new Error("the preview is no GLB file");
+  const length = header.getUint32(12, true);
+  const document = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, length)));
+  const binary = 20 + length + 8;
+  const accessor = (index) => {
+    const { bufferView, componentType, count, type } = document.accessors[index];
+    const { byteOffset = 0 } = document.bufferViews[bufferView];
+    return new TYPES[componentType](buffer, binary + byteOffset, count * WIDTHS[type]);
+  };
+  const meshes = document.meshes.map(({ name, primitives: [{ attributes, indices }] }) => ({
+    name,
+    position: accessor(attributes.POSITION),
+    index: accessor(indices),
+    deviation: accessor(attributes._DEVIATION),
+    tension: attributes._TENSION === undefined ? null : accessor(attributes._TENSION),
+  }));
+  return { meshes, extras: document.asset.extras };
+}
+
+/**
+ * Input, refined mesh and reference of a preview, in the frame: the reference has radius 1.
+ * @returns {{surfaces: Object, centre: number[], radius: number, faces: Object}}
+ */
+export function readPreview(buffer) {
+  const { meshes, extras } = parse(buffer);
+  return { surfaces: Object.fromEntries(meshes.map((mesh) => [mesh.name, mesh])), ...extras };
+}
+
+/** The whole mesh of a heat map, brought from model units into the frame of a preview. */
+export function readHeatmap(buffer, radius) {
+  const [mesh] = parse(buffer).meshes;
+  const scaled = (values) => values.map((value) => value / radius);
+  return { ...mesh, position: scaled(mesh.position), deviation: scaled(mesh.deviation) };
+}
+
+/** The value below which a share of the values lies. */
+export function quantile(values, share) {
+  if (values.length === 0) return 0;
+  const sorted = Float32Array.from(values).sort();
+  return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+}
