@@ -7,7 +7,11 @@ from pathlib import Path
 
 def children_of(pid: int) -> list[int]:
     """Process ids of the processes that ``pid`` has started and that have not ended."""
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    try:
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+    return [int(child) for child in children.split()]
 
 
 def has_ended(pid: int) -> bool:
@@ -17,3 +21,20 @@ def has_ended(pid: int) -> bool:
     except (FileNotFoundError, ProcessLookupError):
         return True
     return status.rpartition(")")[2].split()[0] == "Z"
+
+
+def horses_of(worker: int) -> list[int]:
+    """Process ids of a worker's work horses: what it forked and did not start as a program."""
+    return [pid for pid in children_of(worker) if not _is_upkeep(pid)]
+
+
+def upkeep_of(worker: int) -> list[int]:
+    """Process ids of a worker's reconciler and housekeeping."""
+    return [pid for pid in children_of(worker) if _is_upkeep(pid)]
+
+
+def _is_upkeep(pid: int) -> bool:
+    try:
+        return b"worker.upkeep" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except (FileNotFoundError, ProcessLookupError):
+        return False

@@ -57,13 +57,13 @@ def attend(
     deadline = time.monotonic() + time_limit + TIMEOUT_GRACE
     outage = OutageLog()
     while True:
-        keep()
         try:
             standing = heartbeats.beat(job_id, attempt)
             outage.is_back()
         except RedisError as error:
             standing = Standing.OWNED
             outage.is_away(error)
+        keep()
         cause = _cause_to_end(standing, stop, time.monotonic() > deadline)
         # One that has just ended has, whatever else has come up.
         death = horse.wait(0.0 if cause else BEAT_INTERVAL)

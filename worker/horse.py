@@ -9,10 +9,12 @@ import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 from worker.lifeline import die_with_parent
+
+MAXRSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes; getrusage(2) of each
 
 
 @dataclass(frozen=True)
@@ -22,16 +24,20 @@ class Death:
     Attributes:
         code: its exit code, if it ended itself.
         signal: what killed it, if it did not.
+        peak_memory: bytes it held at once at most, those of its worker included.
     """
 
     code: int | None
     signal: signal.Signals | None
+    peak_memory: int = field(default=0, compare=False)
 
     @classmethod
-    def of(cls, status: int) -> Self:
+    def of(cls, status: int, peak_memory: int) -> Self:
         """Read a status of ``waitpid``."""
         code = os.waitstatus_to_exitcode(status)
-        return cls(code, None) if code >= 0 else cls(None, signal.Signals(-code))
+        if code >= 0:
+            return cls(code, None, peak_memory)
+        return cls(None, signal.Signals(-code), peak_memory)
 
 
 class Horse:
@@ -82,9 +88,9 @@ class Horse:
         # yet, so the id cannot have become another's.
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
-        _, status = os.waitpid(self.pid, 0)
+        _, status, usage = os.wait4(self.pid, 0)
         os.close(self._lifeline)
-        self._death = Death.of(status)
+        self._death = Death.of(status, usage.ru_maxrss * MAXRSS_UNIT)
 
 
 def _become_horse(worker_pid: int, work: Callable[[], int]) -> None:
@@ -99,7 +105,9 @@ def _become_horse(worker_pid: int, work: Callable[[], int]) -> None:
     except BaseException:  # the horse's outermost frame: what escapes is a crash, and is logged
         logging.getLogger(__name__).exception("the work horse crashed")
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        # The worker's exit handlers and open files are not the horse's to close.
-        os._exit(code)
+        # The worker's exit handlers and open files are not the horse's to close, and nothing
+        # may let it return into the worker's code.
+        try:
+            sys.stderr.flush()
+        finally:
+            os._exit(code)

@@ -17,7 +17,7 @@ from worker import tracing
 from worker.attendance import Ending, attend
 from worker.horse import Horse
 from worker.ledger import Ledger, TransitionRefusedError, UnknownJobError
-from worker.memory_events import oom_kills
+from worker.memory_watch import MemoryWatch
 from worker.patience import OutageLog, patiently
 from worker.settlement import settle
 
@@ -111,7 +111,7 @@ class WorkerLoop:
     def _see_through(self, job_id: str, attempt: int) -> None:
         with suppress(RedisError):  # before the fork, which takes a while on a busy machine
             self._heartbeats.beat(job_id, attempt)
-        killed_before = oom_kills()
+        memory = MemoryWatch.start(self._settings.job_memory_bytes)
         horse = Horse.start(partial(self._run, job_id, attempt))
         logger.info("attempt runs in process %d", horse.pid)
         ending = attend(
@@ -123,7 +123,7 @@ class WorkerLoop:
             time_limit=self._settings.job_timeout,
             keep=self._keep_up,
         )
-        step = partial(self._settle, job_id, attempt, ending, oom_kills() > killed_before)
+        step = partial(self._settle, job_id, attempt, ending, memory.explains(ending.death))
         try:
             patiently(step)
         except (TransitionRefusedError, UnknownJobError) as refusal:

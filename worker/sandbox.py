@@ -9,7 +9,6 @@ without a way out.
 from __future__ import annotations
 
 import ctypes
-import os
 import resource
 import socket
 import sys
@@ -26,9 +25,7 @@ _PR_SET_NO_NEW_PRIVS = 38  # linux/prctl.h
 _CPU_SLACK = 60  # seconds of processor time beyond the time limit, for threads of the blob store
 _CPU_GRACE = 5  # seconds between the signal that can be told apart and the one that cannot
 
-DEFAULT_PORT = 6379  # of a broker
-_OTLP_PORT = 4318
-_EXPORTER_VARIABLES = ("OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT")
+_DEFAULT_PORT = 6379
 
 Address = tuple[str, int] | str
 
@@ -53,7 +50,7 @@ def confine(settings: WorkerSettings) -> None:
         _limit(resource.RLIMIT_DATA, _data_held() + settings.job_memory_bytes)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
-    guard_network(addresses_of(settings.required_redis_url(), DEFAULT_PORT) | _of_exporter())
+    guard_network(addresses_of(settings.required_redis_url()))
 
 
 def guard_network(allowed: Collection[Address]) -> None:
@@ -76,21 +73,15 @@ def guard_network(allowed: Collection[Address]) -> None:
     sys.addaudithook(hook)
 
 
-def addresses_of(address: str, default_port: int) -> frozenset[Address]:
-    """The socket addresses behind a URL."""
-    url = urlsplit(address)
+def addresses_of(redis_url: str) -> frozenset[Address]:
+    """The socket addresses behind a broker's URL."""
+    url = urlsplit(redis_url)
     if url.scheme == "unix":
         return frozenset({unquote(url.path)})
-    host, port = url.hostname or "localhost", url.port or default_port
+    host, port = url.hostname or "localhost", url.port or _DEFAULT_PORT
     found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     # The client hands the kernel what getaddrinfo answers, but a fresh look may answer anew.
     return frozenset({(host, port), *((str(each[4][0]), port) for each in found)})
-
-
-def _of_exporter() -> frozenset[Address]:
-    """Where traces go, if the operator has said so (OpenTelemetry's own variables)."""
-    named = {os.environ.get(name, "") for name in _EXPORTER_VARIABLES} - {""}
-    return frozenset().union(*(addresses_of(each, _OTLP_PORT) for each in named))
 
 
 def _limit(which: int, soft: int, hard: int | None = None) -> None:

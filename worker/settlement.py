@@ -37,7 +37,7 @@ def settle(
         record: the job, running at the attempt that ended.
         ending: how it ended.
         attempts: how often a job is started at most.
-        was_out_of_memory: whether the kernel ended a process for its memory meanwhile.
+        was_out_of_memory: whether a lack of memory is the likely cause of a death.
 
     Returns:
         The job's state after it; None if the horse, or somebody else, has settled it.
@@ -82,7 +82,7 @@ def lost_worker(record: JobRecord) -> CrashError:
 
 def _reason(death: Death, was_out_of_memory: bool) -> MeshConeError:
     if was_out_of_memory:
-        return OutOfMemoryError(f"{MEMORY_MESSAGE}; the system ended it")
+        return OutOfMemoryError(f"{MEMORY_MESSAGE}; its process {_words(death)}")
     if death.code == os.EX_TEMPFAIL:
         return InternalError("broker or file store failed during every attempt of the job")
     return CrashError(f"the process of the job {_words(death)} in its last attempt")

@@ -2,15 +2,17 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
 
 from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
+from service.children import STARTS_ALLOWED
 from service.client import Client
 from service.stack import Stack
+from tests.integration.waiting import insist, wait_for
+from tests.processes import has_ended
 from worker.broker import EmbeddedBroker
 from worker.settings import WorkerSettings
 
@@ -38,17 +40,35 @@ def test_a_stack_that_cannot_start_leaves_nothing_running(data_dir: Path) -> Non
     assert second.worker_pids() == []
 
 
-def test_a_worker_that_ends_unasked_is_noticed(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["worker 1", "API", "broker"])
+def test_what_ends_unasked_is_started_again(
+    tmp_path: Path, name: str, rough_ball: MeshFile, ball: MeshFile
+) -> None:
     with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
-        [worker] = stack.worker_pids()
-        os.kill(worker, signal.SIGKILL)
+        ended = stack.pids()[name]
+        os.kill(ended, signal.SIGKILL)
+        wait_for(lambda: has_ended(ended))
 
-        with pytest.raises(InternalError, match="worker 1 ended unexpectedly"):
-            check_for_a_while(stack)
+        stack.mend()
+
+        assert stack.pids()[name] != ended
+        with Client(stack.url) as client:
+            job = insist(lambda: client.submit(rough_ball, ball))
+            wait_for(lambda: insist(lambda: client.job(job.id)).state == "succeeded")
 
 
-def check_for_a_while(stack: Stack) -> None:
-    deadline = time.monotonic() + 30
-    while time.monotonic() < deadline:
-        stack.check()
-        time.sleep(0.01)
+def test_what_keeps_ending_is_not_started_for_ever(tmp_path: Path) -> None:
+    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
+        for _ in range(STARTS_ALLOWED - 1):
+            kill_the_worker(stack)
+            stack.mend()
+        kill_the_worker(stack)
+
+        with pytest.raises(InternalError, match="worker 1 keeps ending"):
+            stack.mend()
+
+
+def kill_the_worker(stack: Stack) -> None:
+    [worker] = stack.worker_pids()
+    os.kill(worker, signal.SIGKILL)
+    wait_for(lambda: has_ended(worker))

@@ -1,0 +1,149 @@
+"""How an attempt ends that does not end well, each in its own way."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.stack import Stack
+from tests import shapes
+from tests.integration.waiting import wait_for
+from tests.processes import has_ended, horses_of
+from worker.connections import connect_text
+from worker.ledger import Ledger
+from worker.records import JobRecord
+from worker.settings import WorkerSettings
+
+LONG = {"quality": {"emd_samples": 8192}}  # many seconds of work
+SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
+
+
+@dataclass
+class Installation:
+    """One worker, with settings of its own."""
+
+    stack: Stack
+    client: Client
+    ledger: Ledger
+
+    def running(self, source: MeshFile, reference: MeshFile) -> tuple[str, int]:
+        """The id of a job that takes long, and its horse."""
+        job_id = self.client.submit(source, reference, LONG).id
+        [worker] = self.stack.worker_pids()
+        wait_for(lambda: self.ledger.get(job_id).progress is not None)
+        [horse] = horses_of(worker)
+        return job_id, horse
+
+    def ended(self, job_id: str) -> JobRecord:
+        wait_for(lambda: self.ledger.get(job_id).has_ended)
+        return self.ledger.get(job_id)
+
+
+Install = Callable[..., Installation]
+
+
+@pytest.fixture
+def install(tmp_path: Path) -> Iterator[Install]:
+    with ExitStack() as opened:
+
+        def start(**settings: Any) -> Installation:
+            stack = opened.enter_context(
+                Stack(WorkerSettings(data_dir=tmp_path, **settings), log=tmp_path / "log")
+            )
+            client = opened.enter_context(Client(stack.url))
+            connection = opened.enter_context(connect_text(stack.redis_url))
+            return Installation(stack, client, Ledger(connection))
+
+        yield start
+
+
+@pytest.fixture(scope="module")
+def small_ball() -> MeshFile:
+    return MeshFile("small.obj", shapes.obj(*shapes.sphere(1)))
+
+
+def test_a_job_out_of_time_is_a_timeout_and_not_tried_again(
+    install: Install, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    installation = install(job_timeout=1)
+
+    failed = installation.ended(installation.client.submit(rough_ball, ball, LONG).id)
+
+    assert failed.error is not None
+    assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "timeout")
+
+
+def test_a_job_out_of_memory_is_that_and_not_tried_again(
+    install: Install, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    installation = install(job_memory_bytes=300_000_000)
+
+    failed = installation.ended(installation.client.submit(rough_ball, ball, LONG).id)
+
+    assert failed.error is not None
+    assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "memory")
+
+
+def test_a_result_larger_than_may_be_stored_is_over_the_limit(
+    install: Install, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    installation = install(job_file_bytes=10_000)
+
+    failed = installation.ended(installation.client.submit(rough_ball, ball, SMALL).id)
+
+    assert failed.error is not None
+    assert failed.error.kind == "limit"
+    assert "MESHCONE_JOB_FILE_BYTES" in failed.error.message
+
+
+def test_canceling_a_running_job_ends_its_horse_and_no_other_job(
+    install: Install, rough_ball: MeshFile, ball: MeshFile, small_ball: MeshFile
+) -> None:
+    installation = install()
+    job_id, horse = installation.running(rough_ball, ball)
+    next_id = installation.client.submit(small_ball, small_ball, SMALL).id
+
+    installation.ledger.cancel(job_id)
+
+    wait_for(lambda: has_ended(horse))
+    assert installation.ended(job_id).state == "canceled"
+    assert installation.ended(next_id).state == "succeeded"
+
+
+def test_a_worker_asked_to_stop_ends_the_job_in_hand_first(
+    install: Install, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    installation = install(stop_grace=60)
+    job_id, _ = installation.running(rough_ball, ball)
+    [worker] = installation.stack.worker_pids()
+
+    os.kill(worker, signal.SIGTERM)
+
+    wait_for(lambda: has_ended(worker), 60)
+    assert installation.ledger.get(job_id).state == "succeeded"
+
+
+def test_a_worker_out_of_grace_hands_its_job_back_and_no_attempt_is_counted(
+    install: Install, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    installation = install(stop_grace=0)
+    job_id, horse = installation.running(rough_ball, ball)
+    [worker] = installation.stack.worker_pids()
+
+    os.kill(worker, signal.SIGTERM)
+
+    wait_for(lambda: has_ended(worker))
+    assert has_ended(horse)
+    handed_back = installation.ledger.get(job_id)
+    assert (handed_back.state, handed_back.attempt, handed_back.handed_back) == ("queued", 1, 1)
+    installation.stack.mend()
+    wait_for(lambda: installation.ledger.get(job_id).attempt == 2)

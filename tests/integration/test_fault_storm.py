@@ -1,0 +1,155 @@
+"""Faults of every kind at random times, under load: nothing that was accepted is lost."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from meshcone.files import MeshFile
+from meshcone.options import parse_options
+from meshcone.refine import refine
+from service.client import Client
+from service.stack import Stack
+from tests import shapes
+from tests.integration.mended import mended_stack
+from tests.integration.outcomes import times_succeeded
+from tests.integration.waiting import RECOVERY, insist, wait_for
+from tests.processes import horses_of, upkeep_of
+from worker.connections import connect_text
+from worker.settings import WorkerSettings
+
+BATCHES = 10
+BATCH = 20  # jobs, sent at once while one thing is killed
+SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 32}}
+SEED = 6
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A small job and what it has to make."""
+
+    source: MeshFile
+    reference: MeshFile
+    expected: bytes
+
+
+@pytest.fixture(scope="module")
+def pairs() -> list[Pair]:
+    vertices, faces = shapes.sphere(1)
+    reference = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    options = parse_options(SMALL)
+    made = []
+    for seed in range(4):
+        source = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices, seed=seed), faces))
+        made.append(Pair(source, reference, refine(source, reference, options).data))
+    return made
+
+
+@pytest.fixture
+def stormy(tmp_path: Path) -> Iterator[Stack]:
+    settings = WorkerSettings(data_dir=tmp_path, heartbeat_timeout=3, reconcile_interval=0.5)
+    with mended_stack(settings, workers=2, log=tmp_path / "log") as stack:
+        yield stack
+
+
+def kill(*pids: int) -> None:
+    for pid in pids:
+        os.kill(pid, signal.SIGKILL)
+
+
+def kill_horse(stack: Stack, luck: random.Random) -> None:
+    kill(horses_of(busy_worker(stack, luck))[0])
+
+
+def kill_worker(stack: Stack, luck: random.Random) -> None:
+    kill(busy_worker(stack, luck))
+
+
+def kill_worker_and_horse(stack: Stack, luck: random.Random) -> None:
+    worker = busy_worker(stack, luck)
+    kill(worker, *horses_of(worker))
+
+
+def kill_reconcilers(stack: Stack, _luck: random.Random) -> None:
+    kill(*(pid for worker in stack.worker_pids() for pid in upkeep_of(worker)))
+
+
+def kill_every_worker(stack: Stack, _luck: random.Random) -> None:
+    """Whichever of their reconcilers held the lock, it dies holding it."""
+    kill(*stack.worker_pids())
+
+
+def kill_api(stack: Stack, _luck: random.Random) -> None:
+    kill(stack.pids()["API"])
+
+
+def kill_broker(stack: Stack, _luck: random.Random) -> None:
+    kill(stack.pids()["broker"])
+
+
+FAULTS: list[Callable[[Stack, random.Random], None]] = [
+    kill_horse,
+    kill_worker,
+    kill_worker_and_horse,
+    kill_reconcilers,
+    kill_every_worker,
+    kill_api,
+    kill_broker,
+]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_every_accepted_job_succeeds_once_whatever_is_killed_meanwhile(
+    stormy: Stack, pairs: list[Pair]
+) -> None:
+    luck = random.Random(SEED)  # noqa: S311 - nothing secret
+    faults = [*FAULTS, *luck.choices(FAULTS, k=BATCHES - len(FAULTS))]
+    luck.shuffle(faults)
+    accepted: dict[str, Pair] = {}
+
+    with ThreadPoolExecutor(BATCH) as pool:
+        for fault in faults:
+            sent = [pool.submit(succeed, stormy, luck.choice(pairs)) for _ in range(BATCH)]
+            time.sleep(luck.uniform(0.1, 1.5))
+            struck = time.monotonic()
+            fault(stormy, luck)
+            accepted |= dict(each.result() for each in sent)
+            recovery = time.monotonic() - struck
+            print(f"{fault.__name__}: recovered after {recovery:.1f} s")
+            assert recovery < RECOVERY
+
+    assert len(accepted) == BATCHES * BATCH
+    assert_done_once(stormy, accepted)
+
+
+def succeed(stack: Stack, pair: Pair) -> tuple[str, Pair]:
+    """Send a job until it is accepted, and wait until it has succeeded."""
+    with Client(stack.url) as client:
+        job_id = insist(lambda: client.submit(pair.source, pair.reference, SMALL)).id
+        wait_for(lambda: insist(lambda: client.job(job_id)).state == "succeeded", pause=0.2)
+    return job_id, pair
+
+
+def busy_worker(stack: Stack, luck: random.Random) -> int:
+    def busy() -> list[int]:
+        return [pid for pid in stack.worker_pids() if horses_of(pid)]
+
+    wait_for(lambda: bool(busy()))
+    return luck.choice(busy() or stack.worker_pids())
+
+
+def assert_done_once(stack: Stack, accepted: Mapping[str, Pair]) -> None:
+    with Client(stack.url) as client, connect_text(stack.redis_url) as connection:
+        for job_id, pair in accepted.items():
+            assert client.job(job_id).state == "succeeded"
+            assert times_succeeded(connection, job_id) == 1
+            assert client.mesh(job_id) == pair.expected

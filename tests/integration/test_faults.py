@@ -1,0 +1,180 @@
+"""One fault each, with the settings an installation has by default, and what follows."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+from redis import Redis
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.stack import Stack
+from tests import shapes
+from tests.integration.jobs import make_job
+from tests.integration.mended import mended_stack
+from tests.integration.outcomes import times_succeeded
+from tests.integration.waiting import RECOVERY, insist, wait_for
+from tests.processes import has_ended, horses_of, upkeep_of
+from worker.blobs import BlobStore
+from worker.connections import connect_bytes, connect_text
+from worker.ledger import Ledger
+from worker.queue import JobQueue
+from worker.records import JobRecord, StoredFile
+from worker.settings import WorkerSettings
+
+SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
+
+
+@pytest.fixture(scope="module")
+def settings(tmp_path_factory: pytest.TempPathFactory) -> WorkerSettings:
+    return WorkerSettings(data_dir=tmp_path_factory.mktemp("faults"))
+
+
+@pytest.fixture(scope="module")
+def mended(settings: WorkerSettings) -> Iterator[Stack]:
+    with mended_stack(settings, workers=2, log=settings.data_dir / "log") as stack:
+        yield stack
+
+
+@pytest.fixture
+def caller(mended: Stack) -> Iterator[Client]:
+    with Client(mended.url) as client:
+        yield client
+
+
+@pytest.fixture
+def connection(mended: Stack) -> Iterator[Redis]:
+    with connect_text(mended.redis_url) as opened:
+        yield opened
+
+
+@pytest.fixture
+def jobs(connection: Redis) -> Ledger:
+    return Ledger(connection)
+
+
+@pytest.fixture
+def queue(mended: Stack, settings: WorkerSettings) -> Iterator[JobQueue]:
+    with connect_bytes(mended.redis_url) as connection:
+        yield JobQueue(settings, connection)
+
+
+@pytest.fixture(scope="module")
+def slow_ball() -> MeshFile:
+    """A source large enough to be caught at work."""
+    vertices, faces = shapes.sphere(4)
+    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
+
+
+@pytest.fixture(scope="module")
+def small_pair() -> tuple[MeshFile, MeshFile]:
+    vertices, faces = shapes.sphere(1)
+    rough = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))
+    return rough, MeshFile("ball.obj", shapes.obj(vertices, faces))
+
+
+@pytest.fixture
+def unsent_job(
+    jobs: Ledger, settings: WorkerSettings, small_pair: tuple[MeshFile, MeshFile]
+) -> JobRecord:
+    """A job the ledger knows and no message is about."""
+    blobs = BlobStore.open(settings)
+    source, reference = (
+        StoredFile(name=mesh.name, digest=blobs.put(mesh.data), size=len(mesh.data))
+        for mesh in small_pair
+    )
+    record = make_job().model_copy(
+        update={"source": source, "reference": reference, "options": SMALL}
+    )
+    jobs.create(record)
+    return record
+
+
+def test_a_job_whose_worker_and_horse_are_killed_is_done_by_another(
+    mended: Stack, caller: Client, jobs: Ledger, slow_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = caller.submit(slow_ball, ball)
+    worker = worker_of(mended, jobs, job.id)
+    [horse] = horses_of(worker)
+
+    os.kill(worker, signal.SIGKILL)
+    os.kill(horse, signal.SIGKILL)
+
+    wait_for(lambda: jobs.get(job.id).attempt == 2)
+    assert caller.wait(job.id, timeout=RECOVERY).state == "succeeded"
+
+
+def test_a_frozen_worker_loses_its_job_and_cannot_end_it_twice(
+    mended: Stack, caller: Client, jobs: Ledger, slow_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = caller.submit(slow_ball, ball)
+    worker = worker_of(mended, jobs, job.id)
+    [horse] = horses_of(worker)
+    for pid in (worker, horse):
+        os.kill(pid, signal.SIGSTOP)
+
+    wait_for(lambda: jobs.get(job.id).attempt == 2)
+    for pid in (worker, horse):
+        os.kill(pid, signal.SIGCONT)
+
+    wait_for(lambda: has_ended(horse))
+    finished = caller.wait(job.id, timeout=RECOVERY)
+    assert (finished.state, finished.attempt) == ("succeeded", 2)
+
+
+def test_a_job_the_api_died_before_sending_is_found(jobs: Ledger, unsent_job: JobRecord) -> None:
+    wait_for(lambda: jobs.get(unsent_job.id).state == "succeeded")
+
+
+def test_a_message_a_worker_died_holding_is_sent_again(
+    jobs: Ledger, queue: JobQueue, unsent_job: JobRecord
+) -> None:
+    queue.rq.connection.rpush(queue.rq.intermediate_queue_key, f"{unsent_job.id}_0")
+
+    wait_for(lambda: jobs.get(unsent_job.id).state == "succeeded")
+    wait_for(lambda: not queue.taken())
+
+
+def test_reconcilers_that_are_killed_are_replaced(
+    mended: Stack, jobs: Ledger, unsent_job: JobRecord
+) -> None:
+    for worker in mended.worker_pids():
+        for upkeep in upkeep_of(worker):
+            os.kill(upkeep, signal.SIGKILL)
+
+    wait_for(lambda: jobs.get(unsent_job.id).state == "succeeded")
+
+
+def test_a_broker_that_is_killed_has_forgotten_nothing_it_acknowledged(
+    mended: Stack, caller: Client, connection: Redis, small_pair: tuple[MeshFile, MeshFile]
+) -> None:
+    accepted = [caller.submit(*small_pair, SMALL).id for _ in range(10)]
+
+    os.kill(mended.pids()["broker"], signal.SIGKILL)
+
+    for job_id in accepted:
+        wait_for(lambda job_id=job_id: insist(lambda: caller.job(job_id)).state == "succeeded")
+        assert insist(lambda job_id=job_id: times_succeeded(connection, job_id)) == 1
+
+
+def test_an_api_that_is_killed_answers_again(
+    mended: Stack, caller: Client, small_pair: tuple[MeshFile, MeshFile]
+) -> None:
+    job = caller.submit(*small_pair, SMALL)
+
+    os.kill(mended.pids()["API"], signal.SIGKILL)
+
+    wait_for(lambda: insist(lambda: caller.job(job.id)).state == "succeeded")
+
+
+def worker_of(stack: Stack, jobs: Ledger, job_id: str) -> int:
+    """The worker whose horse runs a job, the only one, once it does."""
+
+    def busy() -> list[int]:
+        return [pid for pid in stack.worker_pids() if horses_of(pid)]
+
+    wait_for(lambda: jobs.get(job_id).state == "running" and len(busy()) == 1)
+    return busy()[0]

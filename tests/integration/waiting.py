@@ -1,0 +1,42 @@
+"""Waiting, but not for ever."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+import httpx2
+from redis.exceptions import ConnectionError as RedisConnectionError
+
+from service.client import ServiceError
+
+Answer = TypeVar("Answer")
+
+RECOVERY = 30.0
+"""Seconds within which an installation promises to have recovered from any one fault."""
+
+
+def wait_for(
+    condition: Callable[[], bool], seconds: float = RECOVERY, *, pause: float = 0.02
+) -> None:
+    """Wait until a condition holds, and fail if it does not in time."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(pause)
+
+
+def insist(call: Callable[[], Answer], seconds: float = RECOVERY) -> Answer:
+    """Ask a service, or its broker, that may be away for a time."""
+    deadline = time.monotonic() + seconds
+    while True:
+        try:
+            return call()
+        except (httpx2.TransportError, RedisConnectionError):
+            assert time.monotonic() < deadline, "nobody answered in time"
+        except ServiceError as error:
+            if error.problem.status != 503:
+                raise
+            assert time.monotonic() < deadline, "the service was unavailable for too long"
+        time.sleep(0.1)
