@@ -8,13 +8,18 @@ from importlib.metadata import version
 from typing import Any
 
 from fastapi import FastAPI
+from pydantic import BaseModel
+from pydantic.json_schema import JsonSchemaMode
 
 from meshcone.options import Options
+from meshcone.program.diagnostics import SolverReport
+from meshcone.report import MeasureReport, Report
 from meshcone.settings import load_settings
 from service import blobs, events, health, jobs, metrics, problems, results, submit
 from service.auth import Authentication, KeyRing, describe_security
 from service.body_limit import BodyLimit
 from service.context import open_context
+from service.dashboard import live, routes
 from service.headers import SecurityHeaders
 from service.request_log import PROBES, RequestLog
 from service.settings import ServiceSettings
@@ -27,16 +32,25 @@ that the answer is optimal, and a report.
 
 Every error is `application/problem+json` (RFC 9457) with a stable `type`."""
 
+_REFERENCE = "#/components/schemas/{model}"
+_MODELS: dict[type[BaseModel], JsonSchemaMode] = {
+    Options: "validation",
+    Report: "serialization",
+    MeasureReport: "serialization",
+    SolverReport: "serialization",
+}
+
 
 class Application(FastAPI):
-    """FastAPI, with the one schema that no route has for a parameter of its own."""
+    """FastAPI, with the schemas of what no route has as a parameter or answer of its own."""
 
     def openapi(self) -> dict[str, Any]:
-        """The API's description, with the options that a form field carries as JSON."""
+        """The description, with options, which a form carries, and reports, which are files."""
         document = super().openapi()
-        schema = Options.model_json_schema(ref_template="#/components/schemas/{model}")
-        definitions = schema.pop("$defs", {})
-        document["components"]["schemas"].update({**definitions, "Options": schema})
+        for model, mode in _MODELS.items():
+            schema = model.model_json_schema(mode=mode, ref_template=_REFERENCE)
+            definitions = schema.pop("$defs", {})
+            document["components"]["schemas"].update({**definitions, model.__name__: schema})
         describe_security(document)
         return document
 
@@ -75,7 +89,7 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
             "operation_spans": False,
             "exclude": lambda scope: scope["path"] in PROBES,
         },
-        docs_url=None,  # the page loads its scripts from another site
+        docs_url=None,  # that page loads its scripts from another site; ours does not
         redoc_url=None,
         responses={
             "default": {
@@ -91,6 +105,8 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
         app.include_router(module.router)
     app.include_router(health.router)
     app.include_router(metrics.router)
+    app.include_router(routes.router)
+    app.include_router(live.router)
     problems.install_handlers(app)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
     app.add_middleware(Authentication, keys_required=keys_required)

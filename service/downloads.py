@@ -8,10 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 from urllib.parse import quote
 
-from fastapi import Request, Response, status
+from fastapi import Depends, Header, Request, Response, status
 from starlette.responses import StreamingResponse
 
 from service.problems import MEDIA_TYPE, ProblemError, problem
@@ -27,15 +27,10 @@ _PROBLEM = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Pr
 class Conditions:
     """What a request says of the copy its sender has, and the part it wants."""
 
-    none_match: str | None
-    span: str | None
-    if_range: str | None
-
-    @classmethod
-    def of(cls, request: Request) -> Conditions:
-        """Read them from the headers."""
-        headers = request.headers
-        return cls(headers.get("if-none-match"), headers.get("range"), headers.get("if-range"))
+    none_match: str | None = None
+    span: str | None = None
+    if_range: str | None = None
+    headers_only: bool = False
 
     def has_current(self, tag: str) -> bool:
         """Whether the client has what the tag stands for."""
@@ -67,13 +62,31 @@ class Conditions:
         return part
 
 
-def file_response(blobs: BlobStore, artifact: Artifact, request: Request) -> Response:
+def _conditions(
+    request: Request,
+    if_none_match: Annotated[
+        str | None, Header(description="ETags of copies the client has")
+    ] = None,
+    range_: Annotated[
+        str | None, Header(alias="Range", description="a part, such as bytes=0-1023")
+    ] = None,
+    if_range: Annotated[
+        str | None, Header(description="the ETag the part is to be of; else all is sent")
+    ] = None,
+) -> Conditions:
+    return Conditions(if_none_match, range_, if_range, request.method == "HEAD")
+
+
+ConditionsDependency = Annotated[Conditions, Depends(_conditions)]
+
+
+def file_response(blobs: BlobStore, artifact: Artifact, conditions: Conditions) -> Response:
     """The answer to a request for a file.
 
     Raises:
         ProblemError: it is gone, or the part that is wanted is not in it.
     """
-    conditions, tag = Conditions.of(request), f'"{artifact.digest}"'
+    tag = f'"{artifact.digest}"'
     headers = {
         **cache_headers(tag),
         "Accept-Ranges": "bytes",
@@ -87,7 +100,7 @@ def file_response(blobs: BlobStore, artifact: Artifact, request: Request) -> Res
     if part is not None:
         headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{artifact.size}"
     code = status.HTTP_200_OK if part is None else status.HTTP_206_PARTIAL_CONTENT
-    if request.method == "HEAD":
+    if conditions.headers_only:
         return Response(status_code=code, headers=headers, media_type=artifact.media_type)
     try:
         content = blobs.chunks(artifact.digest, part)
@@ -101,13 +114,24 @@ def cache_headers(tag: str) -> Mapping[str, str]:
     return {"ETag": tag, "Cache-Control": "private, no-cache"}
 
 
-def file_responses(media_type: str, description: str) -> dict[int | str, dict[str, Any]]:
-    """What the API's description says of such an answer."""
-    schema = {"type": "string", "contentMediaType": media_type}
-    content = {"content": {media_type: {"schema": schema}}}
+def file_responses(
+    description: str, *media_types: str, schema: Mapping[str, Any] | None = None
+) -> dict[int | str, dict[str, Any]]:
+    """What the API's description says of such an answer.
+
+    Args:
+        description: what the file is.
+        media_types: what it can be sent as.
+        schema: of the file's content, where it is JSON.
+    """
+    whole = {
+        media_type: {"schema": schema or {"type": "string", "contentMediaType": media_type}}
+        for media_type in media_types
+    }
+    part: dict[str, Any] = {media_type: {} for media_type in media_types}
     return {
-        200: {"description": description, **content},
-        206: {"description": "the part that was asked for", **content},
+        200: {"description": description, "content": whole},
+        206: {"description": "the part that was asked for", "content": part},
         304: {"description": "the copy named by If-None-Match is current"},
         416: {"description": "the file has no such part", **_PROBLEM},
     }

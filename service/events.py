@@ -25,13 +25,24 @@ if TYPE_CHECKING:
 router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
 
 _RECONNECT = 1000  # milliseconds a client is asked to wait before it comes back
-_STREAM = {
-    "type": "string",
-    "description": "events `state` {state, attempt}, `progress` {stage, round, rounds, fraction} "
-    "and `cancel` {attempt}, each with an id; the stream ends with the job",
+_EVENT = {
+    "type": "object",
+    "required": ["id", "event", "data"],
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"enum": ["state", "progress", "cancel"]},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "description": "{state, attempt}, {stage, round, rounds, fraction} or {attempt}",
+        },
+    },
 }
 _ANSWERS: dict[int | str, dict[str, Any]] = {
-    200: {"description": "the events", "content": {"text/event-stream": {"schema": _STREAM}}},
+    200: {
+        "description": "the events; the stream ends with the job",
+        "content": {"text/event-stream": {"itemSchema": _EVENT}},
+    },
     204: {"description": "the job has ended, and its last event was the one named"},
 }
 

@@ -13,6 +13,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from meshcone.errors import ErrorKind, MeshConeError
 from service.headers import SECURITY_HEADERS
@@ -63,6 +64,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "unavailable": ProblemType("internal", 503, "The service cannot work just now"),
 }
 
+_METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 _BY_STATUS = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "limit"}
 
 
@@ -172,7 +174,22 @@ def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
         "not-found": f"there is nothing at {request.url.path}",
         "method-not-allowed": f"{request.method} is not possible at {request.url.path}",
     }
-    return problem_response(problem(name, details.get(name, error.detail)), error.headers)
+    headers = dict(error.headers or {})
+    if name == "method-not-allowed":
+        headers["Allow"] = ", ".join(_methods_at(request))
+    return problem_response(problem(name, details.get(name, error.detail)), headers)
+
+
+def _methods_at(request: Request) -> list[str]:
+    """All methods possible at a path; the framework names those of the first route alone."""
+    return [
+        method
+        for method in _METHODS
+        if any(
+            route.matches({**request.scope, "method": method})[0] is Match.FULL
+            for route in request.app.routes
+        )
+    ]
 
 
 def _on_broker_error(_request: Request, error: Exception) -> JSONResponse:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Request, Response, status
+from fastapi import APIRouter, Header, Response, status
 
 from service.context import ContextDependency
-from service.downloads import Conditions, cache_headers, file_response, file_responses
+from service.downloads import (
+    ConditionsDependency,
+    cache_headers,
+    file_response,
+    file_responses,
+)
 from service.jobs import FoundJob
 from service.problems import MEDIA_TYPE, ProblemError, problem, problem_of
 from service.schemas import JOBS_PATH
@@ -23,16 +28,22 @@ _NO_RESULT: dict[int | str, dict[str, Any]] = {
     409: {"description": "the job has not finished, has failed or was canceled", **_PROBLEM},
     410: {"description": "the job's files have expired", **_PROBLEM},
 }
-_GLB = "model/gltf-binary"
+_GLB, _GLTF = "model/gltf-binary", "model/gltf+json"
+_REPORT = {
+    "anyOf": [
+        {"$ref": "#/components/schemas/Report"},
+        {"$ref": "#/components/schemas/MeasureReport"},
+    ]
+}
 _DIAGNOSTICS: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "rounds with sizes, residuals and SCS's history; or its table",
         "content": {
-            "application/json": {"schema": {"type": "object"}},
+            "application/json": {"schema": {"$ref": "#/components/schemas/SolverReport"}},
             "text/csv": {"schema": {"type": "string"}},
         },
     },
-    206: {"description": "the part of the table that was asked for"},
+    206: {"description": "the part of the table that was asked for", "content": {"text/csv": {}}},
     304: {"description": "the copy named by If-None-Match is current"},
     416: {"description": "the table has no such part", **_PROBLEM},
     **_NO_RESULT,
@@ -40,13 +51,13 @@ _DIAGNOSTICS: dict[int | str, dict[str, Any]] = {
 
 
 def _file_route(
-    tail: str, media_type: str, description: str
+    tail: str, description: str, *media_types: str, schema: Mapping[str, Any] | None = None
 ) -> Callable[[Callable[..., Response]], Callable[..., Response]]:
     """Register a route that serves a file, for GET and, undescribed, for HEAD."""
     path = f"/{{job_id}}/{tail}"
 
     def register(endpoint: Callable[..., Response]) -> Callable[..., Response]:
-        responses = {**file_responses(media_type, description), **_NO_RESULT}
+        responses = {**file_responses(description, *media_types, schema=schema), **_NO_RESULT}
         router.get(path, response_class=Response, responses=responses)(endpoint)
         router.head(path, response_class=Response, include_in_schema=False)(endpoint)
         return endpoint
@@ -54,64 +65,74 @@ def _file_route(
     return register
 
 
-@_file_route("mesh", "application/octet-stream", "the refined mesh, in the source's format")
-def get_mesh(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+@_file_route("mesh", "the refined mesh, in the source's format", "model/obj", _GLB, _GLTF)
+def get_mesh(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
     """The refined mesh, in the source's format."""
-    return file_response(context.blobs, artifact_of(record, "mesh"), request)
+    return file_response(context.blobs, artifact_of(record, "mesh"), conditions)
 
 
-@_file_route("report", "application/json", "the report")
-def get_report(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+@_file_route("report", "the report", "application/json", schema=_REPORT)
+def get_report(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
     """The report: inputs, quality before and after, certificate, timings."""
-    return file_response(context.blobs, artifact_of(record, "report"), request)
+    return file_response(context.blobs, artifact_of(record, "report"), conditions)
 
 
-@_file_route("preview.glb", _GLB, "light copies of the meshes")
-def get_preview(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+@_file_route("preview.glb", "light copies of the meshes", _GLB)
+def get_preview(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
     """Light copies of input, refined mesh and reference, with the deviation at each vertex."""
-    return file_response(context.blobs, artifact_of(record, "preview"), request)
+    return file_response(context.blobs, artifact_of(record, "preview"), conditions)
 
 
-@_file_route("heatmap.glb", _GLB, "the refined mesh, coloured")
-def get_heatmap(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+@_file_route("heatmap.glb", "the refined mesh, coloured", _GLB)
+def get_heatmap(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
     """The refined mesh coloured by deviation (`COLOR_0`) and by cone tension (`COLOR_1`).
 
     The numbers are attributes too: `_DEVIATION`, in model units, and `_TENSION`.
     """
-    return file_response(context.blobs, artifact_of(record, "heatmap"), request)
+    return file_response(context.blobs, artifact_of(record, "heatmap"), conditions)
 
 
-@_file_route("certificate", "application/zip", "the certificate, a NumPy .npz archive")
-def get_certificate(record: FoundJob, context: ContextDependency, request: Request) -> Response:
+@_file_route("certificate", "the certificate, a NumPy .npz archive", "application/zip")
+def get_certificate(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
     """The certificate, for `meshcone verify`: a NumPy .npz archive, which is a ZIP file."""
-    return file_response(context.blobs, artifact_of(record, "certificate"), request)
+    return file_response(context.blobs, artifact_of(record, "certificate"), conditions)
 
 
-@_file_route("diagnostics.csv", "text/csv", "the solver's iterations")
+@_file_route("diagnostics.csv", "the solver's iterations", "text/csv")
 def get_diagnostics_table(
-    record: FoundJob, context: ContextDependency, request: Request
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
 ) -> Response:
     """The solver's iterations, one a row."""
-    return file_response(context.blobs, artifact_of(record, "diagnostics_csv"), request)
+    return file_response(context.blobs, artifact_of(record, "diagnostics_csv"), conditions)
 
 
 @router.get("/{job_id}/diagnostics", response_class=Response, responses=_DIAGNOSTICS)
 def get_diagnostics(
     record: FoundJob,
     context: ContextDependency,
-    request: Request,
+    conditions: ConditionsDependency,
     accept: Annotated[str | None, Header()] = None,
 ) -> Response:
     """What the solver did in each round; as a table of iterations for `Accept: text/csv`."""
     table = artifact_of(record, "diagnostics_csv")  # what refined nothing has neither
     if accept is not None and accept.strip().startswith("text/csv"):
-        answer = file_response(context.blobs, table, request)
+        answer = file_response(context.blobs, table, conditions)
         answer.headers["Vary"] = "Accept"
         return answer
     report = artifact_of(record, "report")
     tag = f'"{report.digest}-solver"'
     headers = {**cache_headers(tag), "Vary": "Accept"}
-    if Conditions.of(request).has_current(tag):
+    if conditions.has_current(tag):
         return Response(status_code=status.HTTP_304_NOT_MODIFIED, headers=headers)
     try:
         document = json.loads(context.blobs.get(report.digest))
