@@ -21,6 +21,7 @@ from service.body_limit import BodyLimit
 from service.context import open_context
 from service.dashboard import live, routes
 from service.headers import SecurityHeaders
+from service.lingering import Lingering
 from service.request_log import PROBES, RequestLog
 from service.settings import ServiceSettings
 from worker.connections import connect_async
@@ -110,6 +111,7 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
     problems.install_handlers(app)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
     app.add_middleware(Authentication, keys_required=keys_required)
+    app.add_middleware(Lingering)
     app.add_middleware(RequestLog)
     app.add_middleware(SecurityHeaders)
     return app

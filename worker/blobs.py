@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from worker.settings import WorkerSettings
 
 
-_CHUNK = 4 * 1024 * 1024  # bytes
+_CHUNK = 1024 * 1024  # bytes
+_PART = 5 * 1024 * 1024  # bytes; the least that S3 takes as a part
 _PIECE = 256 * 1024  # bytes; what each download holds in memory
 
 
@@ -51,7 +52,14 @@ class BlobStore:
         name = digest_of(file)
         if not self.exists(name):  # a put in parts cannot ask for "create", but may repeat itself
             file.seek(0)
-            obstore.put(self._store, _path(name), iter(lambda: file.read(_CHUNK), b""))
+            obstore.put(
+                self._store,
+                _path(name),
+                iter(lambda: file.read(_CHUNK), b""),
+                chunk_size=_PART,
+                # By default 12 parts are held at one time: a whole upload of 60 MB.
+                max_concurrency=1,
+            )
         return name
 
     def get(self, digest: str) -> bytes:
