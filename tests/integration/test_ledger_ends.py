@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
+from worker.broker import EmbeddedBroker
+from worker.connections import connect_text
 from worker.identifiers import new_job_id
 from worker.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
 from worker.records import Artifact, JobError, JobProgress, JobRecord
@@ -93,6 +97,34 @@ def test_results_are_written_once(ledger: Ledger, succeeded: str) -> None:
         ledger.succeed(succeeded, 1, other)
 
     assert ledger.get(succeeded).artifacts == {"mesh": MESH}
+
+
+@pytest.mark.parametrize("contested", ["begin", "succeed"])
+def test_of_many_that_take_a_step_at_once_one_does(
+    broker: EmbeddedBroker, ledger: Ledger, queued: str, contested: str
+) -> None:
+    attempt = None if contested == "begin" else ledger.begin(queued)
+
+    def take(number: int) -> bool:
+        mine = MESH.model_copy(update={"digest": f"{number:064x}"})
+        with connect_text(broker.url) as client:
+            try:
+                if attempt is None:
+                    Ledger(client).begin(queued)
+                else:
+                    Ledger(client).succeed(queued, attempt, {"mesh": mine})
+            except TransitionRefusedError:
+                return False
+        return True
+
+    with ThreadPoolExecutor(8) as pool:
+        taken = list(pool.map(take, range(8)))
+
+    record = ledger.get(queued)
+    assert taken.count(True) == 1
+    assert record.attempt == 1
+    if contested == "succeed":
+        assert record.artifacts["mesh"].digest == f"{taken.index(True):064x}"
 
 
 def test_an_expired_job_keeps_its_record_but_says_so(ledger: Ledger, succeeded: str) -> None:
