@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from service.settings import ServiceSettings
 
 _PUBLIC = frozenset({"/livez", "/readyz", "/openapi.json"})
+# The pages hold nothing of any job: their scripts ask for that, with the key of whoever looks.
+_PAGES = re.compile(r"/|/(jobs|static)/[^/]+|/compare|/docs|/favicon\.ico")
 _UPLOADS = "/v1/blobs/"
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _REALM = 'Bearer realm="meshcone"'
@@ -35,7 +37,7 @@ def required_scope(method: str, path: str) -> Scope | None:
 
     Decided for every path, known or not, so that a new route is closed until it is opened here.
     """
-    if path in _PUBLIC:
+    if path in _PUBLIC or (method in _SAFE_METHODS and _PAGES.fullmatch(path)):
         return None
     if path == "/metrics":
         return "admin"
