@@ -77,7 +77,7 @@ export class OrbitCamera {
     const outward = point.length() > 1e-3 ? point.clone().normalize() : new Vector3(0, 0, 1);
     // A little from the side: looking straight down on a bump hides its height.
     const eye = outward.add(new Vector3(0.25, 0.3, 0.1)).normalize();
-    const end = { target: point, distance: 0.9, rotation: this.#lookingFrom(eye) };
+    const end = { target: point, distance: 1.2, rotation: this.#lookingFrom(eye) };
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) Object.assign(this, end);
     else this.flight = { start: performance.now(), from: { target: this.target.clone(), distance: this.distance, rotation: this.rotation.clone() }, end };
     this.onChange();

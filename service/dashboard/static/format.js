@@ -29,7 +29,7 @@ export function seconds(value) {
 
 export function age(time, now = Date.now()) {
   const passed = Math.max(0, (now - new Date(time).getTime()) / 1000);
-  return passed < 5 ? "now" : seconds(Math.round(passed));
+  return passed < 5 ? "now" : passed < 60 ? `${Math.floor(passed)} s` : seconds(Math.max(passed, 90));
 }
 
 export const dateTime = (time) => new Date(time).toLocaleString();

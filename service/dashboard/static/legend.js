@@ -49,7 +49,7 @@ export class Legend {
     const scale = h("select", { "aria-label": "Scale", onchange: () => { this.chosen = this.tops[Number(scale.value)]; this.onChange(this.show("deviation")); } },
       this.tops.map(({ text, name }, index) => h("option", { value: String(index), selected: name === this.chosen.name }, text)));
     const input = h("input", {
-      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(6))), style: { width: "8.5em" },
+      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(4))), style: { width: "8.5em" },
       onchange: () => {
         const value = Number(input.value);
         this.threshold = input.value === "" || !(value > 0) ? null : value / this.radius;

@@ -40,6 +40,8 @@ function gateCell(checks) {
     h("span", { class: "soft" }, `${check.bound.replaceAll("_", " ")} ${number(check.limit ?? (Array.isArray(check.allowed) ? check.allowed.join(", ") : check.allowed))}`)));
 }
 
+const title = (text) => text[0].toUpperCase() + text.slice(1).replace(/, in degrees,$/, "");
+
 /** The table, and a switch between relative and model units. */
 export function metricsTable(report) {
   const { quality, frame } = report;
@@ -64,19 +66,19 @@ export function metricsTable(report) {
   };
 
   function fill(model) {
-    body.replaceChildren(...GROUPS.flatMap(([title, pattern]) => {
+    body.replaceChildren(...GROUPS.flatMap(([group, pattern]) => {
       const rows = input.filter(([name]) => pattern.test(name)).map(([name, before]) => {
         const after = refined?.[name];
         const definition = quality.conventions.metrics[name.split(".")[0]]?.definition;
         return h("tr", { "data-metric": name },
-          h("th", { scope: "row", title: definition }, names[name] ?? name, " ", h("span", { class: "soft" }, unit(name, model))),
+          h("th", { scope: "row", title: definition }, title(names[name] ?? name), " ", h("span", { class: "soft" }, unit(name, model))),
           h("td", { class: "number" }, shown(name, before, model)),
           refined && h("td", { class: `number ${tendency(name, before, after)}` }, shown(name, after, model)),
           h("td", { class: "number soft" }, shown(name, floor[name], model)),
           refined && h("td", { class: "bars" }, bars(before, after)),
           h("td", null, gateCell(checks.filter((check) => check.key === name))));
       });
-      return rows.length ? [h("tr", { class: "group" }, h("th", { colspan: "6", scope: "rowgroup" }, title)), ...rows] : [];
+      return rows.length ? [h("tr", { class: "group" }, h("th", { colspan: "6", scope: "rowgroup" }, group)), ...rows] : [];
     }));
   }
 

@@ -19,26 +19,19 @@ export function colourOf(value, top, threshold) {
 
 const STEPS = 1024;
 
-/** Colours of many values, three numbers each, by a table: a million of them take no time. */
-export function colours(values, top, threshold) {
-  const table = Array.from({ length: STEPS + 1 }, (_, step) => colourOf((step / STEPS) * top, top, threshold));
-  const made = new Float32Array(values.length * 3);
-  const scale = top > 0 ? STEPS / top : 0;
-  for (let index = 0; index < values.length; index += 1) {
-    made.set(table[Math.min(STEPS, Math.round(values[index] * scale))], 3 * index);
+/** The scale from left to right, four bytes a step. */
+export function scaleBytes(top, threshold) {
+  const made = new Uint8Array(4 * STEPS);
+  for (let step = 0; step < STEPS; step += 1) {
+    const colour = colourOf(((step + 0.5) / STEPS) * top, top, threshold);
+    made.set([...colour.map((channel) => Math.round(255 * channel)), 255], 4 * step);
   }
   return made;
 }
 
 /** Paint the scale from left to right. */
 export function paintScale(canvas, top, threshold) {
-  const context = canvas.getContext("2d");
-  canvas.width = 512;
+  canvas.width = STEPS;
   canvas.height = 1;
-  const image = context.createImageData(512, 1);
-  for (let x = 0; x < 512; x += 1) {
-    const colour = colourOf((x / 511) * top, top, threshold);
-    image.data.set([...colour.map((channel) => Math.round(255 * channel)), 255], 4 * x);
-  }
-  context.putImageData(image, 0, 0);
+  canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(scaleBytes(top, threshold)), STEPS, 1), 0, 0);
 }

@@ -50,7 +50,7 @@ export function reportSections(report, { files, loadPreview, loadWhole }) {
     verdictCard(report),
     viewer?.element,
     metricsTable(report),
-    report.solver && solverPanel(report, files),
+    ...(report.solver ? solverPanel(report, files) : []),
     warnings(report),
     inputsCard(report),
   ];

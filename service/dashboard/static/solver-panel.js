@@ -26,7 +26,7 @@ function rounds(solver) {
     h("td", { class: "number" }, number(round.movement)),
     h("td", { class: "number" }, seconds(round.seconds))));
   const heads = ["Round", "Solved by", "Variables", "Rows", "Cones", "nnz A", "nnz P", "Active", "SCS steps", "Moved", "Time"];
-  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Rounds" }, h("table", null,
+  return h("div", { class: "scroll rounds", tabindex: "0", role: "region", "aria-label": "Rounds" }, h("table", null,
     h("thead", null, h("tr", null, heads.map((head, index) => h("th", { scope: "col", class: index > 1 ? "number" : "" }, head)))),
     h("tbody", null, rows)));
 }
@@ -49,9 +49,9 @@ function residualPlot(solver, tolerance) {
 
 function certificateTable(certificate) {
   const cell = (value) => h("td", { class: `number ${value <= certificate.tolerance ? "better" : "worse"}` }, number(value));
-  return h("table", null,
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Residuals of the certificate" }, h("table", null,
     h("thead", null, h("tr", null, h("th", { scope: "col" }, "Residual"), h("th", { scope: "col", class: "number" }, "At the optimum"), h("th", { scope: "col", class: "number" }, "As written"))),
-    h("tbody", null, RESIDUALS.map(([key, text]) => h("tr", null, h("th", { scope: "row" }, text), cell(certificate.optimum[key]), h("td", { class: "number soft" }, number(certificate.written[key]))))));
+    h("tbody", null, RESIDUALS.map(([key, text]) => h("tr", null, h("th", { scope: "row" }, text), cell(certificate.optimum[key]), h("td", { class: "number soft" }, number(certificate.written[key])))))));
 }
 
 function certificateCard(report, files) {
@@ -82,12 +82,15 @@ export function solverPanel(report, files) {
     ["Confirmed by SCS", solver.confirmed ? `yes, in ${seconds(solver.confirm_seconds)}` : "no"],
     ["Moved", `mean ${number(report.displacement.mean * report.frame.radius)}, at most ${number(report.displacement.max * report.frame.radius)} model units`],
   ];
-  return h("div", { class: "columns" },
+  return [
     h("section", { class: "card", "aria-labelledby": "solver-title" },
       h("h2", { id: "solver-title" }, "Solver"),
       h("dl", { class: "facts" }, facts.flatMap(([term, text]) => [h("dt", null, term), h("dd", null, text)])),
-      rounds(solver),
-      h("h3", null, "Residuals of SCS"),
-      residualPlot(solver, options.solver.tolerance)),
-    certificateCard(report, files));
+      rounds(solver)),
+    h("div", { class: "columns" },
+      h("section", { class: "card", "aria-labelledby": "residuals-title" },
+        h("h2", { id: "residuals-title" }, "Residuals of SCS"),
+        residualPlot(solver, options.solver.tolerance)),
+      certificateCard(report, files)),
+  ];
 }

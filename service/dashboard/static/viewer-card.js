@@ -4,7 +4,7 @@ import { h } from "meshcone/dom";
 import { number } from "meshcone/format";
 import { hasWebGl, threeJs } from "meshcone/library";
 import { Legend } from "meshcone/legend";
-import { quantile, readHeatmap, readPreview } from "meshcone/scene-file";
+import { readHeatmap, readPreview } from "meshcone/scene-file";
 import { Viewer } from "meshcone/viewer";
 
 const TITLES = { input: "Input", refined: "Refined", reference: "Reference" };
@@ -24,7 +24,8 @@ function choice(label, entries, chosen, onChoose) {
 
 /** The bound that gates put on a distance, relative to the radius; null if there is none. */
 function thresholdOf(report) {
-  const check = report.gates?.checks.find(({ key, bound, limit }) => /^(point_to_surface|hausdorff)/.test(key) && bound.startsWith("max") && typeof limit === "number");
+  const bounds = (report.gates?.checks ?? []).filter(({ key, bound, limit }) => key.startsWith("point_to_surface.") && bound.startsWith("max") && typeof limit === "number");
+  const check = bounds.find(({ key }) => key.endsWith(".max")) ?? bounds[0];
   if (!check) return null;
   return check.bound.includes("model") ? check.limit / report.frame.radius : check.limit;
 }
@@ -92,7 +93,7 @@ export class ViewerCard {
       this.over,
       choice("Colour", [["shape", "Shape"], ["deviation", "Deviation"], ["tension", "Cone tension", !tension]], "deviation", (colour) => this.colour(colour)),
       h("label", null, h("input", { type: "checkbox", name: "wireframe", onchange: (event) => this.viewer.set({ wireframe: event.target.checked }) }), "Wireframe"),
-      h("button", { type: "button", class: "quiet", onclick: () => this.viewer.orbit.reset() }, "Reset view"));
+      h("button", { type: "button", class: "quiet", onclick: () => this.viewer.orbit.reset() }, "Reset"));
   }
 
   layout(layout) {
@@ -109,7 +110,7 @@ export class ViewerCard {
     const { layout } = this.viewer.state;
     const place = ({ name, clip }, index) => {
       const side = index === 1 && layout === "wipe" ? { right: "0px" } : { left: `${clip.x}px` };
-      const worst = quantile(this.viewer.drawn[name].surface.deviation, 1) * this.radius;
+      const worst = this.report.quality[name]?.point_to_surface.max * this.radius;
       return h("div", { class: "pane-label", "data-pane": name, style: { ...side, top: `${clip.y}px` } }, TITLES[name], name === "reference" ? null : h("span", { class: "soft" }, ` · worst ${number(worst)}`));
     };
     const lines = layout === "wipe"

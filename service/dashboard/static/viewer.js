@@ -1,7 +1,7 @@
 // Input, refined mesh and reference in one canvas: side by side, or one wiped over another.
 
 import { OrbitCamera } from "meshcone/camera";
-import { colours } from "meshcone/palette";
+import { scaleBytes } from "meshcone/palette";
 
 const SHAPE = 0x9fb3bb;
 const MARK = 0xff2d95;
@@ -33,13 +33,24 @@ class Drawn {
     this.scene.add(this.mesh, this.wire);
   }
 
-  /** Colour by values, or plainly for null. */
+  /**
+   * Colour by values, or plainly for null. Values are looked up in the scale at each pixel:
+   * between colours of vertices there would be colours that the scale does not have.
+   */
   colour(values, top, threshold) {
-    const { BufferAttribute } = this.THREE;
-    this.material.vertexColors = values !== null;
+    const { BufferAttribute, DataTexture } = this.THREE;
+    this.material.map?.dispose();
+    this.material.map = null;
+    if (values !== null) {
+      const bytes = scaleBytes(top, threshold);
+      this.material.map = new DataTexture(bytes, bytes.length / 4, 1);
+      this.material.map.needsUpdate = true;
+      const places = new Float32Array(2 * values.length).fill(0.5);
+      for (let index = 0; index < values.length; index += 1) places[2 * index] = Math.min(values[index] / top, 1);
+      this.mesh.geometry.setAttribute("uv", new BufferAttribute(places, 2));
+    }
     this.material.color.set(values === null ? SHAPE : 0xffffff);
     this.material.needsUpdate = true;
-    if (values !== null) this.mesh.geometry.setAttribute("color", new BufferAttribute(colours(values, top, threshold), 3));
   }
 }
 
