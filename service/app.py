@@ -33,6 +33,7 @@ that the answer is optimal, and a report.
 
 Every error is `application/problem+json` (RFC 9457) with a stable `type`."""
 
+_OTHER_CONNECTIONS = 1000  # requests that may ask the broker about their key at one time
 _REFERENCE = "#/components/schemas/{model}"
 _MODELS: dict[type[BaseModel], JsonSchemaMode] = {
     Options: "validation",
@@ -72,7 +73,9 @@ def create_app(settings: ServiceSettings | None = None, *, keys_required: bool =
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with open_context(settings) as context:
-            async with connect_async(settings.required_redis_url()) as client:
+            # Whoever follows a job holds a connection; those must leave some for the others.
+            connections = settings.event_streams + _OTHER_CONNECTIONS
+            async with connect_async(settings.required_redis_url(), connections) as client:
                 app.state.context = context
                 app.state.key_ring = KeyRing(client, settings)
                 app.state.events = events.Events(EventFeed(client), settings.event_streams)

@@ -5,7 +5,7 @@ HTML Living Standard, section 9.2 (server-sent events).
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -84,7 +84,7 @@ class Events:
                 {"Retry-After": "5"},
             )
 
-    async def stream(self, job_id: str, after: str) -> AsyncIterator[bytes]:
+    async def stream(self, job_id: str, after: str) -> AsyncGenerator[bytes]:
         """The events after one, as they are sent."""
         with self._one_more():
             yield format_sse_event(retry=_RECONNECT)

@@ -24,10 +24,16 @@ def connect_text(url: str) -> RedisClient:
     )
 
 
-def connect_async(url: str) -> AsyncRedis:
-    """A client for an event loop, whose replies are strings."""
+def connect_async(url: str, connections: int = 100) -> AsyncRedis:
+    """A client for an event loop, whose replies are strings.
+
+    Args:
+        url: the broker.
+        connections: how many it may have at one time; one more is an error, not a wait.
+    """
     return AsyncRedis.from_url(
         url,
+        max_connections=connections,
         decode_responses=True,
         socket_connect_timeout=CONNECT_TIMEOUT,
         socket_timeout=REPLY_TIMEOUT,

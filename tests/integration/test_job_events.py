@@ -8,6 +8,10 @@ import threading
 from collections.abc import Coroutine
 from typing import Any, TypeVar
 
+import pytest
+
+from service.events import Events
+from service.problems import ProblemError
 from worker.broker import EmbeddedBroker
 from worker.connections import connect_async
 from worker.identifiers import new_job_id
@@ -119,3 +123,23 @@ def test_a_talkative_job_keeps_its_last_events(
 
     assert len(events) == EVENTS_KEPT
     assert events[-1].is_last
+
+
+def test_no_more_clients_follow_than_may(
+    broker: EmbeddedBroker, ledger: Ledger, queued_job: JobRecord
+) -> None:
+    ledger.create(queued_job)
+
+    async def scenario() -> None:
+        async with connect_async(broker.url) as client:
+            events = Events(EventFeed(client), most=1)
+            first = events.stream(queued_job.id, BEGINNING)
+            await anext(first)
+            with pytest.raises(ProblemError) as refusal:
+                events.require_room()
+            assert refusal.value.problem.status == 503
+            assert not await events.wait_for_end(queued_job.id, 5)
+            await first.aclose()
+            events.require_room()
+
+    run(scenario())
