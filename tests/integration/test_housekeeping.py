@@ -1,0 +1,114 @@
+"""What an installation forgets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from redis import Redis
+
+from tests.integration.jobs import make_job
+from worker.blob_register import BlobRegister
+from worker.blobs import BlobStore
+from worker.broker import EmbeddedBroker
+from worker.connections import connect_bytes, connect_text
+from worker.housekeeping import Housekeeper
+from worker.ledger import Ledger, UnknownJobError
+from worker.queue import JobQueue
+from worker.records import JobRecord
+from worker.settings import WorkerSettings
+
+Keep = Callable[..., Housekeeper]
+
+
+@pytest.fixture
+def connection(broker: EmbeddedBroker) -> Iterator[Redis]:
+    with connect_text(broker.url) as opened:
+        yield opened
+
+
+@pytest.fixture
+def blobs(tmp_path: Path) -> BlobStore:
+    return BlobStore.open(WorkerSettings(data_dir=tmp_path))
+
+
+@pytest.fixture
+def keep(
+    broker: EmbeddedBroker, connection: Redis, blobs: BlobStore, tmp_path: Path
+) -> Iterator[Keep]:
+    with connect_bytes(broker.url) as raw:
+
+        def start(**times: int) -> Housekeeper:
+            settings = WorkerSettings(data_dir=tmp_path, **times)
+            return Housekeeper(
+                settings,
+                ledger=Ledger(connection),
+                queue=JobQueue(settings, raw),
+                register=BlobRegister(connection),
+                blobs=blobs,
+            )
+
+        yield start
+
+
+@pytest.fixture
+def ended_job(ledger: Ledger, connection: Redis, blobs: BlobStore) -> JobRecord:
+    """A job that ended long ago, and whose one file is there."""
+    content = make_job().id.encode()
+    digest = blobs.put(content)
+    file = make_job().source.model_copy(update={"digest": digest, "size": len(content)})
+    record = make_job().model_copy(update={"source": file, "reference": file})
+    ledger.create(record)
+    ledger.cancel(record.id)
+    age(connection, "canceled", record.id)
+    return record
+
+
+def age(connection: Redis, state: str, job_id: str) -> None:
+    """Have a job be in its state since 1970."""
+    assert connection.zadd(f"meshcone:since:{state}", {job_id: 0}, xx=True, ch=True) == 1
+
+
+def test_an_old_job_expires_and_its_files_go(
+    keep: Keep, ledger: Ledger, blobs: BlobStore, ended_job: JobRecord
+) -> None:
+    keep(result_ttl=3600).tidy()
+
+    assert ledger.get(ended_job.id).expired is not None
+    assert not blobs.exists(ended_job.source.digest)
+
+
+def test_an_old_job_is_kept_where_nothing_expires(
+    keep: Keep, ledger: Ledger, blobs: BlobStore, ended_job: JobRecord
+) -> None:
+    keep(result_ttl=0).tidy()
+
+    assert ledger.get(ended_job.id).expired is None
+    assert blobs.exists(ended_job.source.digest)
+
+
+def test_a_file_another_job_refers_to_stays(
+    keep: Keep, ledger: Ledger, blobs: BlobStore, ended_job: JobRecord
+) -> None:
+    other = make_job().model_copy(
+        update={"source": ended_job.source, "reference": ended_job.source}
+    )
+    ledger.create(other)
+
+    keep(result_ttl=3600).tidy()
+
+    assert ledger.get(ended_job.id).expired is not None
+    assert blobs.exists(ended_job.source.digest)
+
+
+def test_a_record_that_expired_long_ago_is_forgotten(
+    keep: Keep, ledger: Ledger, connection: Redis, ended_job: JobRecord
+) -> None:
+    keep(result_ttl=3600).tidy()
+    age(connection, "expired", ended_job.id)
+
+    keep(result_ttl=3600, record_ttl=3600).tidy()
+
+    with pytest.raises(UnknownJobError):
+        ledger.get(ended_job.id)
