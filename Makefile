@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 STAMP := $(VENV)/.installed
+SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi validator clean
+.PHONY: demo test check unit fuzz openapi validator browser screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -35,6 +36,17 @@ validator: $(VALIDATOR)
 
 $(VALIDATOR): $(STAMP)
 	npm install --no-save --no-package-lock --no-audit --no-fund --prefix $(VENV) gltf-validator@2.0.0-dev.3.10
+
+# Debian's Chromium, in which the pages are tested, and curl, whose command they show; without
+# them, and outside CI, those tests are skipped.
+browser:
+	command -v chromium >/dev/null && command -v curl >/dev/null || { \
+	  $(SUDO) apt-get update -qq && \
+	  $(SUDO) apt-get install -qq -y --no-install-recommends chromium curl fonts-dejavu-core; }
+
+# The pictures of the pages in docs/, made by the tests that look at them.
+screenshots: $(STAMP) browser
+	MESHCONE_SCREENSHOTS=docs/images/dashboard $(BIN)/python -m pytest tests/acceptance/dashboard
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "MeshCone needs Python 3.11 or newer; set PYTHON=...")'

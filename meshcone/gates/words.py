@@ -47,7 +47,7 @@ def name_of(key: str) -> str:
 
 def names_in_words() -> dict[str, str]:
     """The values of a report that have a name in words, with that name."""
-    return dict(_NAMES)
+    return {key: name.removesuffix(",") for key, name in _NAMES.items()}
 
 
 def number(value: float, beside: float | None = None) -> str:

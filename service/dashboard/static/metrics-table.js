@@ -40,7 +40,7 @@ function gateCell(checks) {
     h("span", { class: "soft" }, `${check.bound.replaceAll("_", " ")} ${number(check.limit ?? (Array.isArray(check.allowed) ? check.allowed.join(", ") : check.allowed))}`)));
 }
 
-const title = (text) => text[0].toUpperCase() + text.slice(1).replace(/, in degrees,$/, "");
+const title = (text) => text[0].toUpperCase() + text.slice(1).replace(/, in degrees$/, "");
 
 /** The table, and a switch between relative and model units. */
 export function metricsTable(report) {

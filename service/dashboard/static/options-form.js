@@ -94,10 +94,11 @@ class Form {
     const isSection = ([, each]) => each.properties && !isLength(each);
     const plain = entries.filter((entry) => !isSection(entry)).map(([name, each]) => this.field(each, [...path, name]));
     const nested = entries.filter(isSection).map(([name, each]) => this.section(each, [...path, name], name));
-    return h("fieldset", null,
-      h("legend", null, title.replaceAll("_", " ")),
-      schema.description && path.length > 0 && h("p", { class: "hint" }, schema.description),
-      h("div", { class: "options-grid" }, plain), nested);
+    const content = [h("div", { class: "options-grid" }, plain), nested];
+    if (path.length === 0) return h("div", null, content);
+    return h("details", { class: "section" },
+      h("summary", null, title.replaceAll("_", " "), schema.description && h("span", { class: "hint" }, ` ${schema.description}`)),
+      content);
   }
 
   field(schema, path) {
@@ -138,5 +139,5 @@ export async function optionsForm(onChange) {
   const schema = new Schema(await getJson("/openapi.json"));
   const form = new Form(schema, onChange);
   const root = schema.resolve({ $ref: "#/components/schemas/Options" });
-  return { form: form.section(root, [], "General"), value: () => form.value() };
+  return { form: form.section(root, [], ""), value: () => form.value() };
 }

@@ -155,8 +155,9 @@ export class ViewerCard {
         this.viewer?.show(into(point.position), into(point.closest));
       },
     }, h("span", { class: "rank" }, String(index + 1)),
-    h("span", null, point.on === "mesh" ? "on the mesh" : "on the reference", h("br"), h("span", { class: "where" }, `at ${point.position.map((value) => number(value)).join(", ")}`)),
-    h("span", { class: "far" }, number(point.distance * this.radius))));
+    h("span", null, point.on === "mesh" ? "on the mesh" : "on the reference"),
+    h("span", { class: "far" }, number(point.distance * this.radius)),
+    h("span", { class: "where" }, `at ${point.position.map((value) => number(value)).join(", ")}`)));
     return h("div", { class: "side" },
       h("h2", null, "Worst places"),
       points.length

@@ -54,6 +54,20 @@ class Drawn {
   }
 }
 
+/** A white disc with a dark rim, which is what marks a point. */
+function disc(THREE) {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 32;
+  const context = canvas.getContext("2d");
+  context.arc(16, 16, 12, 0, 2 * Math.PI);
+  context.fillStyle = "#fff";
+  context.fill();
+  context.lineWidth = 4;
+  context.strokeStyle = "#222";
+  context.stroke();
+  return new THREE.CanvasTexture(canvas);
+}
+
 export class Viewer {
   /**
    * @param {Object} THREE the library
@@ -72,6 +86,7 @@ export class Viewer {
     this.orbit = new OrbitCamera(THREE, canvas, () => this.redraw());
     this.state = { layout: "side", wipe: 0.5, over: this.names.includes("refined") ? ["input", "refined"] : ["input", "reference"], colour: "shape", wireframe: false, top: 1, threshold: null };
     this.marks = [];
+    this.disc = disc(THREE);
     this.onPanes = () => {};
     new ResizeObserver(() => this.redraw()).observe(canvas);
     this.set({});
@@ -106,7 +121,7 @@ export class Viewer {
     const first = geometry();
     first.setDrawRange(0, 1);
     this.marks = Object.values(this.drawn).flatMap(({ scene }) => {
-      const dot = new Points(first, new PointsMaterial({ color: MARK, size: 12, sizeAttenuation: false, depthTest: false }));
+      const dot = new Points(first, new PointsMaterial({ color: MARK, map: this.disc, transparent: true, size: 16, sizeAttenuation: false, depthTest: false }));
       const line = new Line(geometry(), new LineBasicMaterial({ color: MARK, depthTest: false }));
       dot.renderOrder = line.renderOrder = 2;
       scene.add(dot, line);

@@ -1,0 +1,196 @@
+"""The page of one job: meshes, deviation, verdict, proof, files."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.schemas import Job
+from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels
+
+DRAWN = 4.0  # mean difference of the pixels, of 255, that no antialiasing makes
+
+
+def test_input_refined_and_reference_are_drawn_and_input_is_unlike_refined(
+    job_page: Page,
+) -> None:
+    job_page.get_by_role("button", name="Shape", exact=True).click()
+    settle(job_page)
+    left, middle, right = np.array_split(pixels(job_page.locator(".view canvas")), 3, axis=1)
+
+    for pane in (left, middle, right):
+        assert pane.std() > DRAWN
+    assert difference(left, middle) > DRAWN
+    assert difference(middle, right) < difference(left, middle) / 2
+
+
+def test_the_heat_map_comes_and_goes_with_its_legend_in_model_units(
+    job_page: Page, refined: Job, client: Client
+) -> None:
+    canvas = job_page.locator(".view canvas")
+    scale = job_page.get_by_test_id("scale")
+    expect(scale).to_be_visible()
+    radius = client.report(refined.id)["frame"]["radius"]
+    marked = job_page.get_by_test_id("threshold").inner_text()
+    assert float(marked.removeprefix("threshold ")) == pytest.approx(0.05 * radius, rel=0.01)
+    heat = pixels(canvas)
+    keep_picture(job_page, "job")
+
+    job_page.get_by_role("button", name="Shape", exact=True).click()
+    settle(job_page)
+    expect(scale).to_be_hidden()
+    shape = pixels(canvas)
+    job_page.get_by_role("button", name="Deviation", exact=True).click()
+    settle(job_page)
+
+    assert difference(heat, shape) > DRAWN
+    assert difference(heat, pixels(canvas)) < 1.0
+
+
+def test_a_lower_threshold_puts_more_of_the_mesh_above_it(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    before = pixels(canvas)
+    job_page.get_by_label("Threshold").fill("0.00001")
+    job_page.get_by_label("Threshold").press("Enter")
+    settle(job_page)
+
+    assert reddish(pixels(canvas)) > reddish(before) + 0.05
+
+
+def test_choosing_a_worst_place_flies_there(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    before = pixels(canvas)
+    first = job_page.get_by_role("button", name=re.compile("^1 on the")).first
+    first.click()
+    settle(job_page)
+
+    expect(first).to_have_attribute("aria-pressed", "true")
+    assert difference(before, pixels(canvas)) > DRAWN
+    keep_picture(job_page, "worst-place")
+
+
+def test_the_slider_wipes_from_input_to_refined(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    job_page.get_by_role("button", name="Wipe", exact=True).click()
+    job_page.get_by_role("checkbox", name="Wireframe").check()
+    slider = job_page.get_by_label("Wipe between the meshes")
+    settle(job_page)
+    keep_picture(job_page, "wipe")
+    slider.press("End")
+    settle(job_page)
+    whole_input = pixels(canvas)
+    slider.press("Home")
+    settle(job_page)
+
+    assert difference(whole_input, pixels(canvas)) > DRAWN
+
+
+def test_the_keyboard_turns_all_meshes_together(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    before = np.array_split(pixels(canvas), 3, axis=1)
+    canvas.focus()
+    for _ in range(4):
+        canvas.press("ArrowRight")
+    settle(job_page)
+    after = np.array_split(pixels(canvas), 3, axis=1)
+
+    assert all(difference(one, other) > 1.0 for one, other in zip(before, after, strict=True))
+
+
+def test_the_verdict_is_said_in_words(job_page: Page) -> None:
+    verdict = job_page.get_by_test_id("verdict")
+
+    expect(verdict).to_contain_text("Passed: 3 checks hold.")
+    expect(verdict).to_contain_text(re.compile(r"\d+ times closer to its reference"))
+    expect(verdict).to_contain_text("worst deviation")
+    row = job_page.locator("tr[data-metric='point_to_surface.max']")
+    expect(row).to_contain_text("pass")
+
+
+def test_the_refined_mesh_downloads_under_its_name(
+    job_page: Page, client: Client, refined: Job
+) -> None:
+    with job_page.expect_download() as downloading:
+        job_page.get_by_role("link", name="jug_scan.refined.glb").click()
+
+    assert downloading.value.suggested_filename == "jug_scan.refined.glb"
+    assert Path(downloading.value.path()).read_bytes() == client.mesh(refined.id)
+
+
+def test_the_verify_command_proves_the_downloads(
+    job_page: Page, tmp_path: Path, rough_jug: MeshFile, jug: MeshFile
+) -> None:
+    for file in (rough_jug, jug):
+        (tmp_path / file.name).write_bytes(file.data)
+    for name in ("jug_scan.refined.glb", "jug_scan.report.json", "jug_scan.report.certificate.npz"):
+        with job_page.expect_download() as downloading:
+            job_page.get_by_role("link", name=name).click()
+        downloading.value.save_as(tmp_path / name)
+    shown = job_page.get_by_role("region", name="Command that verifies the certificate")
+
+    verified = subprocess.run(
+        shlex.split(shown.inner_text()), cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
+
+    assert verified.returncode == 0, verified.stdout + verified.stderr
+
+
+def test_the_curl_command_repeats_the_job(
+    job_page: Page, tmp_path: Path, rough_jug: MeshFile, jug: MeshFile, client: Client, refined: Job
+) -> None:
+    for file in (rough_jug, jug):
+        (tmp_path / file.name).write_bytes(file.data)
+    shown = job_page.get_by_role("region", name="Command that repeats this job")
+
+    sent = subprocess.run(
+        ["sh", "-c", shown.inner_text()], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+
+    assert sent.returncode == 0, sent.stdout + sent.stderr
+    again = Job.model_validate_json(sent.stdout)
+    assert (again.options, again.labels) == (refined.options, refined.labels)
+    assert (again.source, again.reference) == (refined.source, refined.reference)
+    client.cancel(again.id)
+
+
+def test_a_job_that_failed_says_why(page: Page, client: Client, ball: MeshFile) -> None:
+    blank = MeshFile("blank.obj", b"\n" * 16 * 2**20)
+    job = client.wait(client.submit(blank, ball).id)
+    page.goto(f"/jobs/{job.id}")
+
+    expect(page.get_by_role("alert")).to_contain_text("empty")
+    expect(page.get_by_role("alert")).to_contain_text("blank.obj")
+
+
+def test_a_measurement_shows_the_mesh_beside_its_reference(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = client.wait(client.submit(rough_ball, ball, {"mode": "measure"}).id)
+    page.goto(f"/jobs/{job.id}")
+    page.wait_for_selector("[data-ready]")
+
+    expect(page.locator(".pane-label")).to_have_count(2)
+    expect(page.get_by_test_id("verdict")).to_contain_text("model units from its reference")
+    expect(page.get_by_role("heading", name="Solver")).to_have_count(0)
+
+
+def settle(page: Page) -> None:
+    """Wait until what was asked for has been drawn: two frames of the browser."""
+    page.evaluate(
+        "() => new Promise(done => requestAnimationFrame("
+        "() => requestAnimationFrame(() => setTimeout(done, 50))))"
+    )
+
+
+def reddish(image: np.ndarray) -> float:
+    """Share of the pixels in the colours above the threshold."""
+    red, green, blue = np.moveaxis(image, 2, 0)
+    return float(((red > 1.5 * green) & (red > 1.2 * blue) & (red > 100)).mean())

@@ -1,0 +1,119 @@
+"""The page of all jobs: send one by dropping it, and watch it."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Browser, Page, expect
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.schemas import Job
+from service.stack import Stack
+from tests.acceptance.dashboard.browsing import drop, keep_picture, watched_page
+
+
+def test_two_dropped_files_become_a_job_that_is_followed_to_its_verdict(
+    page: Page, rough_jug: MeshFile, jug: MeshFile
+) -> None:
+    page.goto("/")
+    drop(page, "#drop", {rough_jug.name: rough_jug.data, jug.name: jug.data})
+    expect(page.locator(".slot[data-slot=source]")).to_contain_text("jug_scan.glb")
+    expect(page.locator(".slot[data-slot=reference]")).to_contain_text("jug.glb")
+    page.get_by_role("button", name="Start the job").click()
+    page.get_by_role("link", name="Watch this job").click()
+
+    expect(page.get_by_test_id("progress")).to_be_visible()
+    expect(page.get_by_text(re.compile("^(solving|measuring)"))).to_be_visible(timeout=60_000)
+    verdict = page.get_by_test_id("verdict")
+    expect(verdict).to_contain_text("times closer to its reference", timeout=120_000)
+    expect(verdict).to_contain_text("No gates were set")
+
+
+def test_the_table_shows_a_job_sent_elsewhere_without_being_asked(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    page.goto("/")
+    expect(page.locator("#live")).to_have_text("live")
+
+    job = client.submit(rough_ball, ball, {"gates": {"fscore": {"min": 1.0}}})
+    row = page.locator(f"tr[data-id='{job.id}']")
+
+    expect(row).to_be_visible()
+    expect(row).to_contain_text("succeeded", timeout=60_000)
+    expect(row).to_contain_text("improved")
+    expect(row).to_contain_text("fail")
+    expect(row).to_contain_text("F-score")
+
+
+def test_the_table_can_be_filtered_and_the_filter_shared(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = client.submit(rough_ball, ball, {"mode": "measure"}, labels=["one of its kind"])
+    page.goto("/")
+    page.locator("#filters").get_by_label("Label").fill("one of its kind")
+
+    expect(page.locator("#rows tr[data-id]")).to_have_count(1)
+    expect(page.locator(f"tr[data-id='{job.id}']")).to_be_visible()
+    assert page.url.endswith("?label=one+of+its+kind")
+
+    page.locator("#filters").get_by_label("State").select_option("canceled")
+    expect(page.get_by_text("No job is like that")).to_be_visible()
+
+
+def test_options_are_asked_for_as_the_schema_describes_them(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    page.goto("/")
+    drop(page, "#drop", {rough_ball.name: rough_ball.data, ball.name: ball.data})
+    page.get_by_text("all at their defaults").click()
+    page.get_by_label("effort").select_option("fast")
+    page.get_by_text("Constraints every answer").click()
+    page.get_by_label("max displacement").fill("0.25")
+    page.locator(".field", has=page.get_by_label("max displacement")).get_by_label(
+        "unit"
+    ).select_option("model")
+    expect(page.locator("#options-count")).to_have_text("2 changed")
+    keep_picture(page, "options")
+    page.get_by_label("Label").first.fill("chosen options")
+    page.get_by_role("button", name="Start the job").click()
+    expect(page.get_by_role("link", name="Watch this job")).to_be_visible()
+
+    [job] = client.jobs(label="chosen options").jobs
+    assert job.options["effort"] == "fast"
+    assert job.options["cones"]["max_displacement"] == {"relative": None, "model": 0.25}
+    assert job.options["solver"]["tolerance"] == 1e-5
+
+
+def test_a_file_that_is_no_mesh_is_refused_in_words(
+    browser: Browser, stack: Stack, ball: MeshFile
+) -> None:
+    with watched_page(browser, stack.url) as (page, _):  # a refusal is an error on the console
+        page.goto("/")
+        for slot, name, data in (
+            ("source", "broken.obj", b"v 0 0 0\nv 1 0 0\nv nan 0 0\nf 1 2 3\n"),
+            ("reference", ball.name, ball.data),
+        ):
+            page.get_by_test_id(f"{slot}-input").set_input_files(
+                {"name": name, "mimeType": "", "buffer": data}
+            )
+        page.get_by_role("button", name="Start the job").click()
+
+        expect(page.locator("#submit-state .error")).to_contain_text("broken.obj")
+        expect(page.get_by_role("button", name="Start the job")).to_be_enabled()
+
+
+def test_the_page_of_jobs_is_light_until_a_mesh_is_opened(page: Page, refined: Job) -> None:
+    session = page.context.new_cdp_session(page)
+    session.send("Network.enable")
+    sent: list[float] = []
+    session.on("Network.loadingFinished", lambda event: sent.append(event["encodedDataLength"]))
+    page.goto("/")
+    expect(page.locator(f"tr[data-id='{refined.id}']")).to_be_visible()
+    page.get_by_text("all at their defaults").click()
+    expect(page.get_by_label("effort")).to_be_visible()
+
+    assert sum(sent) < 200_000
+    assert not page.evaluate("'THREE' in globalThis")
+    page.get_by_text("1 changed").or_(page.get_by_text("all at their defaults")).click()
+    keep_picture(page, "jobs")
