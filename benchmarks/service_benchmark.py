@@ -73,7 +73,7 @@ def parse_arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 def measure(stack: Stack, arguments: argparse.Namespace) -> dict[str, Any]:
     """Everything, one after the other."""
-    source, reference = pair_of(MEBIBYTE)
+    source, reference = pair_of(10**6)
     body = form(source, reference, _OPTIONS)
     tiny = form(_TINY, _TINY, {"mode": "measure"})
     results: dict[str, Any] = {
@@ -96,8 +96,8 @@ def measure(stack: Stack, arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def pair_of(size: int) -> tuple[bytes, bytes]:
-    """A bumpy torus with noise and without, in OBJ files of about ``size`` bytes each."""
-    mesh = bumpy_torus(size // 105)  # bytes a vertex of such a file takes, with its two faces
+    """A bumpy torus with noise and without, in OBJ files of about ``size`` bytes together."""
+    mesh = bumpy_torus(size // 145)  # bytes a vertex takes in both, with its two faces
     noise = np.random.default_rng(1).normal(scale=0.005, size=mesh.vertices.shape)
     return _obj(mesh.vertices + noise, mesh.faces), _obj(mesh.vertices, mesh.faces)
 
@@ -205,7 +205,8 @@ def print_results(results: dict[str, Any], console: Console) -> None:
     sizes = results["bytes"]
     table = Table(
         title=f"{results['workers']} workers, {machine['processors']} processors with a load of "
-        f"{machine['load']:.1f} before; two files of {sizes['source'] / MEBIBYTE:.2f} MiB"
+        f"{machine['load']:.1f} before; files of {sizes['source'] / 1e6:.2f} and "
+        f"{sizes['reference'] / 1e6:.2f} MB"
     )
     table.add_column("what")
     for heading in ("p50", "p99", "max", "n"):

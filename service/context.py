@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from service.quotas import JobQuotas
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
     from service.settings import ServiceSettings
 
+_CHECKS_AT_ONCE = 2
+
 
 @dataclass(frozen=True)
 class Context:
@@ -32,6 +35,9 @@ class Context:
         redis: the broker, with replies that are strings.
         quotas: what each API key may still send.
         register: which files are needed.
+        checks: lets few files be read at one time. Reading is work for a processor, takes
+            several times a file's size in memory, and would keep every thread of the API
+            from whoever only looks at a job.
     """
 
     settings: ServiceSettings
@@ -41,6 +47,7 @@ class Context:
     blobs: BlobStore
     quotas: JobQuotas
     register: BlobRegister
+    checks: CapacityLimiter
 
     def job(self, record: JobRecord) -> Job:
         """What the API says of a record."""
@@ -66,6 +73,7 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
             blobs=BlobStore.open(settings),
             quotas=JobQuotas(client, settings),
             register=BlobRegister(client),
+            checks=CapacityLimiter(_CHECKS_AT_ONCE),
         )
 
 

@@ -16,6 +16,8 @@ from service.auth import is_loopback
 from service.settings import ServiceSettings
 from worker.logs import configure_logging
 
+_KEEP_ALIVE = 75  # seconds
+
 logger = structlog.get_logger(__name__)
 
 
@@ -61,6 +63,9 @@ def serve(listener: socket.socket) -> None:
         log_config=None,
         access_log=False,  # service.request_log writes a better one
         server_header=False,
+        # Longer than clients and proxies keep a connection that is not used: whoever closes
+        # first must not be the one that may just be sent a request.
+        timeout_keep_alive=_KEEP_ALIVE,
         timeout_graceful_shutdown=10,
     )
     with closing(listener):

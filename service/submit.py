@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from anyio import to_thread
 from fastapi import APIRouter, Depends, Response, status
 from starlette.concurrency import run_in_threadpool
 
@@ -53,7 +54,7 @@ async def submit_job(
     prefer: PreferHeader = None,
 ) -> Job:
     """Queue a refinement of `source` towards `reference`, or a measurement."""
-    record = await run_in_threadpool(_accept, submission, claim, sender, context)
+    record = await _accept(submission, claim, sender, context)
     wait = preferred_wait(prefer)
     if wait is not None and await events.wait_for_end(record.id, wait):
         record = await run_in_threadpool(context.ledger.get, record.id)
@@ -66,13 +67,15 @@ async def submit_job(
     return context.job(record)
 
 
-def _accept(
+async def _accept(
     submission: Submission, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
     require_signable(submission, sender, context)
-    parcel = gather(submission, context)
-    if claim is not None and (made := made_before(parcel, claim, context)) is not None:
-        return made
+    parcel = await run_in_threadpool(gather, submission, context)
+    if claim is not None:
+        made = await run_in_threadpool(made_before, parcel, claim, context)
+        if made is not None:
+            return made
     if parcel.size <= context.settings.precheck_bytes:
-        check_meshes(parcel, context.blobs)
-    return accept(parcel, claim, sender, context)
+        await to_thread.run_sync(check_meshes, parcel, context.blobs, limiter=context.checks)
+    return await run_in_threadpool(accept, parcel, claim, sender, context)
