@@ -105,7 +105,10 @@ class BlobStore:
 def digest_of(file: IO[bytes]) -> str:
     """SHA-256 of an open file's whole content, in hexadecimal digits."""
     file.seek(0)
-    return hashlib.file_digest(file, "sha256").hexdigest()
+    found = hashlib.sha256()
+    while chunk := file.read(_CHUNK):
+        found.update(chunk)
+    return found.hexdigest()
 
 
 def _path(digest: str) -> str:

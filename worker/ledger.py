@@ -16,15 +16,12 @@ attempt takes next ends it as canceled.
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
-from redis.exceptions import ResponseError
-from redis.exceptions import TimeoutError as RedisTimeoutError
-
 from worker import ledger_scripts as scripts
+from worker.durability import DurableWrites
 from worker.idempotency import BoundKey
 from worker.job_index import JobIndex
 from worker.ledger_keys import job_keys
@@ -34,10 +31,6 @@ from worker.summaries import JobSummary
 if TYPE_CHECKING:
     from redis import Redis
     from redis.commands.core import Script
-
-logger = logging.getLogger(__name__)
-
-_FSYNC_MILLISECONDS = 5000  # a broker that writes once a second needs one, and a slow disk more
 
 
 class UnknownJobError(LookupError):
@@ -66,18 +59,15 @@ class KeyReusedError(Exception):
 
 
 class Ledger:
-    """Jobs in Redis: a hash and a capped stream of events each, and indexes of all.
+    """Jobs in Redis; ``index`` finds and counts them.
 
     Args:
         client: a connection whose replies are strings.
-
-    Attributes:
-        index: finds and counts jobs.
     """
 
     def __init__(self, client: Redis) -> None:
         self._client = client
-        self._warned = False
+        self._durable = DurableWrites(client)
         self.index = JobIndex(client)
         self._create = client.register_script(scripts.CREATE)
         self._transition = client.register_script(scripts.TRANSITION)
@@ -116,7 +106,7 @@ class Ledger:
         if key is not None:
             keys.append(key.place)
             step |= {"fingerprint": key.fingerprint, "remembered": key.remembered}
-        answer, found, attempt = self._durably(self._create, keys, [json.dumps(step)])
+        answer, found, attempt = self._durable.run(self._create, keys, [json.dumps(step)])
         if answer == scripts.REPEATED:
             return str(found)
         if answer == scripts.MISMATCHED:
@@ -264,27 +254,6 @@ class Ledger:
     def delete(self, job_id: str) -> None:
         """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is."""
         _accept(job_id, *self._run(self._delete, job_id, {"id": job_id}))
-
-    def _durably(self, script: Script, keys: list[str], arguments: list[str]) -> Any:
-        """Run a script and wait until what it wrote outlives the broker (WAITAOF).
-
-        A broker that keeps nothing on disk cannot promise that; the log says so, once.
-        """
-        pipeline = self._client.pipeline(transaction=False)  # WAITAOF is about its connection
-        script(keys, arguments, client=pipeline)
-        pipeline.execute_command("WAITAOF", 1, 0, _FSYNC_MILLISECONDS)
-        answer, fsynced = pipeline.execute(raise_on_error=False)
-        if isinstance(answer, Exception):
-            raise answer
-        if isinstance(fsynced, ResponseError):
-            if not self._warned:
-                logger.warning("the broker does not keep jobs on disk: %s", fsynced)
-                self._warned = True
-        elif isinstance(fsynced, Exception):
-            raise fsynced
-        elif not fsynced[0]:
-            raise RedisTimeoutError("the broker has not written to its disk in time")
-        return answer
 
     def _step(
         self,
