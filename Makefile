@@ -3,10 +3,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
+AUDIT := $(VENV)/audit/bin/python
 STAMP := $(VENV)/.installed
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi validator browser screenshots clean
+.PHONY: demo test check unit fuzz openapi audit validator browser screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -30,6 +31,15 @@ fuzz: $(STAMP)
 
 openapi: $(STAMP)
 	$(BIN)/meshcone openapi
+
+# Known vulnerabilities of the pinned versions; its tool has an environment of its own, so that
+# nothing of it is among what it looks at.
+audit: $(AUDIT)
+	$(AUDIT) .ci/audit
+
+$(AUDIT): $(STAMP)
+	$(PYTHON) -m venv $(VENV)/audit
+	-$(AUDIT) -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
 
 # Khronos' glTF validator, which some tests ask; without it, and outside CI, they are skipped.
 validator: $(VALIDATOR)
