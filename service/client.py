@@ -218,6 +218,10 @@ class Client:
         """The certificate of a job that succeeded; there is none where its input was kept."""
         return self._get(f"{job_path(job_id)}/certificate").content
 
+    def preview(self, job_id: str) -> bytes:
+        """Light copies of the meshes of a job that succeeded, as GLB."""
+        return self._get(f"{job_path(job_id)}/preview.glb").content
+
     def diagnostics(self, job_id: str) -> dict[str, Any]:
         """What the solver did, of a job that succeeded."""
         diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()

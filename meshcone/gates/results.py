@@ -33,6 +33,18 @@ class AssetError(_Record):
         return AssetError(kind=error.kind, message=str(error))
 
 
+class AssetView(_Record):
+    """What a page shows of an asset beyond its verdict.
+
+    Attributes:
+        report: the whole report, as JSON.
+        preview: its meshes, as a GLB file.
+    """
+
+    report: str
+    preview: bytes | None
+
+
 class AssetResult(_Record):
     """One asset: a verdict, or an error instead."""
 
@@ -43,6 +55,7 @@ class AssetResult(_Record):
     verdict: GateVerdict | None = None
     error: AssetError | None = None
     warnings: tuple[str, ...] = Field((), description="what the report warns of")
+    view: AssetView | None = Field(None, exclude=True, description="kept only where asked for")
 
     @property
     def ending(self) -> Ending:

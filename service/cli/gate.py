@@ -52,6 +52,10 @@ def command(
     sarif_file: Annotated[
         Path | None, typer.Option("--sarif", help="SARIF 2.1.0 to write.", show_default=False)
     ] = None,
+    html_file: Annotated[
+        Path | None,
+        typer.Option("--html", help="Page to write that shows it all.", show_default=False),
+    ] = None,
     server: Annotated[
         str | None,
         typer.Option(metavar="URL", help="MeshCone service to work there.", show_default=False),
@@ -67,14 +71,14 @@ def command(
     Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
     not be used, 3 after a fault of MeshCone's own.
     """
-    outputs = {"json": json_file, "junit": junit_file, "sarif": sarif_file}
+    outputs = {"json": json_file, "junit": junit_file, "sarif": sarif_file, "html": html_file}
     wanted = {name: path for name, path in outputs.items() if path is not None}
     for path in wanted.values():
         require_writable(path)
     if gates is None:
         raise InputError("--gates is missing: name the file with the gates to pass")
     pairs = _pairs(paths or [], manifest, always={gates})
-    work = _jobs(pairs, gates, assignments, mode="refine" if refine else "measure")
+    work = _jobs(pairs, gates, assignments, "refine" if refine else "measure", "html" in wanted)
     if not work:
         typer.echo("no pair has one of these files")
         return 0
@@ -100,7 +104,7 @@ def _pairs(paths: list[Path], manifest: Path | None, always: set[Path]) -> list[
 
 
 def _jobs(
-    pairs: list[Pair], gates: Path, assignments: list[str] | None, mode: Mode
+    pairs: list[Pair], gates: Path, assignments: list[str] | None, mode: Mode, viewed: bool
 ) -> list[GateJob]:
     from meshcone.gates.files import parse_gate_file
     from service.gating.job import GateJob
@@ -111,7 +115,7 @@ def _jobs(
     options = options.model_copy(update={"mode": mode})
     file = parse_gate_file(gates.name, read_bytes(gates), mode)
     return [
-        GateJob(pair, options.model_copy(update={"gates": dict(file.for_asset(pair.name))}))
+        GateJob(pair, options.model_copy(update={"gates": dict(file.for_asset(pair.name))}), viewed)
         for pair in pairs
     ]
 
@@ -141,6 +145,10 @@ def _written(form: str, run: GateRun) -> bytes:
 
     if form == "json":
         return run.model_dump_json(indent=2).encode() + b"\n"
+    if form == "html":
+        from service.html_report.gates import html_of_run
+
+        return html_of_run(run)
     return to_junit(run) if form == "junit" else to_sarif(run)
 
 

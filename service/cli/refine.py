@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,9 @@ from service.cli.arguments import Assignments, Reference, Source, options_from
 from service.cli.local_files import read_local
 from service.cli.output import certificate_path, require_writable, write_together
 from service.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from meshcone.refine import Refinement
 
 
 def command(
@@ -26,6 +29,13 @@ def command(
             help="Report to write, as JSON, with its certificate beside it.", show_default=False
         ),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            help="Page to write that shows it all, meshes and proof, in one file.",
+            show_default=False,
+        ),
+    ] = None,
     formulation: Annotated[
         str | None, typer.Option(help="Program to solve: surface or centroid. [default: surface]")
     ] = None,
@@ -35,7 +45,7 @@ def command(
     options = options_from(assignments, formulation)
     if options.mode != "refine":
         raise InputError("the mode 'measure' is for jobs: use `meshcone measure` here")
-    for path in (out, report):
+    for path in (out, report, html):
         if path is not None:
             require_writable(path)
     if report is not None:
@@ -56,4 +66,22 @@ def command(
         contents[report] = refinement.report.model_dump_json(indent=2).encode() + b"\n"
         if refinement.certificate is not None:
             contents[certificate_path(report)] = refinement.certificate
+    if html is not None:
+        contents[html] = _page(refinement, out, report)
     write_together(contents)
+
+
+def _page(refinement: Refinement, out: Path, report: Path | None) -> bytes:
+    from meshcone.preview import preview_glb
+    from service.html_report import ReportedAsset, html_report
+
+    verdict = refinement.report.gates
+    asset = ReportedAsset(
+        name=f"{refinement.report.inputs.source.name} → {refinement.report.inputs.reference.name}",
+        ending=refinement.report.outcome if verdict is None else verdict.verdict,
+        report=refinement.report.model_dump_json(),
+        preview=preview_glb(refinement.scene),
+        refined=out.name,
+        report_name=None if report is None else report.name,
+    )
+    return html_report(asset.name, [asset])

@@ -9,17 +9,22 @@ from typing import Any, Protocol
 
 from meshcone.errors import MeshConeError
 from meshcone.gates.records import GateVerdict
-from meshcone.gates.results import AssetError, AssetResult
+from meshcone.gates.results import AssetError, AssetResult, AssetView
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
 
 
 @dataclass(frozen=True)
 class GateJob:
-    """A pair and the options of the work on it, with its gates and the mode among them."""
+    """A pair and the options of the work on it, with its gates and the mode among them.
+
+    Attributes:
+        viewed: whether the result is to carry what a page shows of it.
+    """
 
     pair: Pair
     options: Options
+    viewed: bool = False
 
 
 @dataclass(frozen=True)
@@ -28,11 +33,13 @@ class Judgement:
 
     verdict: GateVerdict
     warnings: tuple[str, ...]
+    view: AssetView | None = None
 
     @staticmethod
-    def of(report: dict[str, Any]) -> Judgement:
+    def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
         """Take it from a report as JSON, in which there are gates."""
-        return Judgement(GateVerdict.model_validate(report["gates"]), tuple(report["warnings"]))
+        verdict = GateVerdict.model_validate(report["gates"])
+        return Judgement(verdict, tuple(report["warnings"]), view)
 
 
 _UNGATED = Judgement(GateVerdict.of(()), ("no gate applies to this asset",))
@@ -65,4 +72,5 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
         verdict=judgement.verdict if judgement else None,
         error=error,
         warnings=judgement.warnings if judgement else (),
+        view=judgement.view if judgement else None,
     )

@@ -10,14 +10,20 @@ from contextlib import closing
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
+from typing import TYPE_CHECKING
 
 from meshcone.errors import InternalError, LimitError, MeshConeError
-from meshcone.gates.results import AssetResult
+from meshcone.gates.results import AssetResult, AssetView
 from meshcone.options import Mode
 from service.cli.local_files import read_local
 from service.gating.job import GateJob, Judgement, judged
 from worker.lifeline import die_with_parent
 
+if TYPE_CHECKING:
+    from meshcone.measure import Measurement
+    from meshcone.refine import Refinement
+
+VIEWED_FACES = 20_000  # of each mesh in a page, which may hold a dozen assets
 _ENGINES = {"refine": "meshcone.refine", "measure": "meshcone.measure"}
 
 
@@ -54,6 +60,7 @@ class LocalGatekeeper:
         with closing(receiver):
             self._start(process)
             sender.close()  # or its end would never be seen
+            answer: Judgement | MeshConeError | None
             try:
                 answer = receiver.recv()
             except EOFError:
@@ -64,7 +71,7 @@ class LocalGatekeeper:
             raise InternalError(f"the process that worked on it {_ended(process.exitcode)}")
         if isinstance(answer, MeshConeError):
             raise answer
-        return Judgement.of(answer)
+        return answer
 
     def _start(self, process: ForkServerProcess) -> None:
         with self._lock:
@@ -91,7 +98,7 @@ def _child(sender: Connection, job: GateJob) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what a Ctrl-C ends
     answer: object
     try:
-        answer = _report(job)
+        answer = _judgement(job)
     except MeshConeError as error:
         answer = error
     except MemoryError:
@@ -101,13 +108,23 @@ def _child(sender: Connection, job: GateJob) -> None:
     sender.send(answer)
 
 
-def _report(job: GateJob) -> dict[str, object]:
+def _judgement(job: GateJob) -> Judgement:
     source, reference = read_local(job.pair.source), read_local(job.pair.reference)
-    wanted = {"gates", "warnings"}
+    done: Measurement | Refinement
     if job.options.mode == "measure":
-        from meshcone.measure import measure
+        from meshcone.measure import measurement
 
-        return measure(source, reference, job.options).model_dump(include=wanted)
-    from meshcone.refine import refine
+        done = measurement(source, reference, job.options)
+    else:
+        from meshcone.refine import refine
 
-    return refine(source, reference, job.options).report.model_dump(include=wanted)
+        done = refine(source, reference, job.options)
+    report = done.report.model_dump(include={"gates", "warnings"})
+    return Judgement.of(report, _view(done) if job.viewed else None)
+
+
+def _view(done: Measurement | Refinement) -> AssetView:
+    from meshcone.preview import preview_glb
+
+    preview = preview_glb(done.scene, VIEWED_FACES)
+    return AssetView(report=done.report.model_dump_json(), preview=preview)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import threading
+from typing import Any
 
 import httpx2
 
 from meshcone.errors import InternalError, SolveTimeoutError
-from meshcone.gates.results import AssetResult
+from meshcone.gates.results import AssetResult, AssetView
 from service.cli.local_files import read_local
 from service.client import ServiceError
 from service.connection import connect, error_of
@@ -60,5 +62,9 @@ class RemoteGatekeeper:
                 continue
             if ended.error is not None:
                 raise error_of(ended.error)
-            return Judgement.of(self._client.report(ended.id))
+            report = self._client.report(ended.id)
+            return Judgement.of(report, self._view(ended.id, report) if job.viewed else None)
         raise SolveTimeoutError(f"job {sent.id} has not ended within {JOB_TIMEOUT:g} s")
+
+    def _view(self, job_id: str, report: dict[str, Any]) -> AssetView:
+        return AssetView(report=json.dumps(report), preview=self._client.preview(job_id))

@@ -1,0 +1,82 @@
+"""Reports as one HTML file, opened without a network."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from meshcone.files import MeshFile
+from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels, watched_page
+
+
+def meshcone(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "service.cli", *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=240)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, rough_ball: MeshFile, ball: MeshFile) -> Path:
+    for file in (rough_ball, ball):
+        (tmp_path / file.name).write_bytes(file.data)
+    return tmp_path
+
+
+@pytest.fixture
+def offline(browser: Browser) -> Iterator[Page]:
+    """A page without a network, from a file."""
+    with watched_page(browser, "file://") as (page, faults):
+        page.context.set_offline(True)
+        yield page
+    assert faults.said == []
+    assert faults.elsewhere == []
+
+
+def test_a_refinement_leaves_a_page_that_needs_nothing_else(folder: Path, offline: Page) -> None:
+    done = meshcone(
+        "refine", "rough.obj", "ball.obj", "-o", "out.obj", "--html", "r.html", cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+
+    offline.goto((folder / "r.html").as_uri())
+    offline.wait_for_selector("[data-ready]")
+    view = offline.get_by_test_id("view").locator("canvas")
+    heat = pixels(view)
+    keep_picture(offline, "report")
+    offline.get_by_role("button", name="Shape", exact=True).click()
+    expect(offline.get_by_test_id("scale")).to_be_hidden()
+
+    assert difference(heat, pixels(view)) > 4
+    expect(offline.get_by_test_id("verdict")).to_contain_text("closer to its reference")
+    expect(offline.get_by_role("heading", name="Certificate")).to_be_visible()
+
+
+def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
+    folder: Path, offline: Page
+) -> None:
+    (folder / "gates.toml").write_text('[gates]\n"point_to_surface.max" = { max = 0.001 }\n')
+    (folder / "broken.obj").write_text("v nan 0 0\n")
+    (folder / "pairs.csv").write_text(
+        "source,reference,name\nball.obj,ball.obj,</script><b>ball\n"
+        "rough.obj,ball.obj,\nbroken.obj,ball.obj,\n"
+    )
+    done = meshcone(
+        "gate", "--manifest", "pairs.csv", "--gates", "gates.toml", "--html", "g.html", cwd=folder
+    )
+    assert done.returncode == 2, done.stderr
+
+    offline.goto((folder / "g.html").as_uri())
+    rows = offline.locator("tbody tr")
+    expect(rows).to_have_count(3)
+    expect(rows.nth(0)).to_contain_text("broken.obj")
+    expect(rows.nth(1)).to_contain_text("worst deviation")
+    expect(rows.nth(2)).to_contain_text("</script><b>ball")
+    offline.get_by_role("link", name="rough.obj").click()
+    offline.wait_for_selector("[data-ready]")
+    expect(offline.get_by_test_id("verdict")).to_contain_text("Failed: 1 of 1 check.")
+    offline.get_by_role("link", name="all assets").click()
+    expect(rows).to_have_count(3)
