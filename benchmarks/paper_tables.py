@@ -45,12 +45,7 @@ TITLES = {
     "surface_cubes": "→ surface program",
     "poisson": "Poisson of 10,000 points",
 }
-_SCAN_TITLES = {
-    "marching_cubes": "raw",
-    "paper_cubes": "centroid",
-    "surface_cubes": "surface",
-    "laplacian_cubes": "Laplacian",
-}
+_SCAN_STEPS = ("marching_cubes", "paper_cubes", "surface_cubes")
 _SAMPLED = ("chamfer", "emd", "hausdorff", "normals", "curvature")
 _EXACT = ("distance", "surface_normals", "aspect_median")
 _SMALLEST_WRITTEN_OUT = 1e-5
@@ -158,19 +153,22 @@ def ablation_table(
 
 
 def scan_table(results: Results) -> list[list[str]]:
-    """Aspect ratio, EMD and HD of each scan, raw and refined."""
-    rows = [["", "", "AR", f"EMD, {results.emd_samples:,}", "HD", "point to surface", "s"]]
+    """Each scan's raw mesh and what becomes of it, a scan a row."""
+    steps = "raw → centroid → surface"
+    rows = [["", "AR", f"EMD, {results.emd_samples:,}", "HD", "point to surface"]]
     for shape, (raw, refined) in _PAPER_SCANS.items():
-        for title, numbers in (("raw", raw), ("MeshCone", refined)):
-            seconds = "about 20" if title == "MeshCone" else ""
-            rows.append([f"{PAPER} {shape}", title, *map(short, numbers), "", seconds])
-    for shape, stages in results.scans.items():
-        measured = stages.get("metrics", {})
-        for name, title in _SCAN_TITLES.items():
-            if name in measured:
-                rows.append([shape, title, *_scan_cells(measured[name])])
-        if "target" in measured:
-            rows.append([shape, "floor", *_scan_cells(measured["target"])])
+        pairs = zip(raw, refined, strict=True)
+        cells = [f"{short(before)} → {short(after)}" for before, after in pairs]
+        rows.append([f"{PAPER} {shape}, raw → MeshCone", *cells, ""])
+    done = {name: shape["metrics"] for name, shape in results.scans.items() if "metrics" in shape}
+    for name, measured in done.items():
+        rows.append([f"{name.partition('__')[0]}, {steps}", *_cells([measured], _SCAN_STEPS)])
+    for title, meshes in (
+        (f"mean, {steps}", _SCAN_STEPS),
+        ("mean, Laplacian", ("laplacian_cubes",)),
+        ("mean, floor", ("target",)),
+    ):
+        rows.append([title, *_cells(list(done.values()), meshes)])
     return rows
 
 
@@ -201,9 +199,16 @@ def _section(title: str, shapes: int, rows: list[list[str]]) -> Iterator[str]:
     yield ""
 
 
-def _scan_cells(record: Mapping[str, float]) -> list[str]:
-    keys = ("aspect", "emd", "hausdorff", "distance", "seconds")
-    return [short(record.get(key, np.nan)) for key in keys]
+def _cells(shapes: Sequence[Mapping[str, Any]], meshes: Iterable[str]) -> list[str]:
+    """Of each metric of the scans, the means of some meshes over some shapes."""
+    means = {
+        key: [
+            np.mean([shape[mesh][key] for shape in shapes if mesh in shape] or [np.nan])
+            for mesh in meshes
+        ]
+        for key in ("aspect", "emd", "hausdorff", "distance")
+    }
+    return [" → ".join(map(short, found)) for found in means.values()]
 
 
 def _percent(share: float) -> str:
