@@ -9,6 +9,7 @@ from typing import BinaryIO
 from fastapi import Request
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.datastructures import FormData, UploadFile
+from starlette.exceptions import HTTPException
 
 from meshcone.errors import InputError, LimitError
 from meshcone.gates.paths import require_known
@@ -22,6 +23,7 @@ NAME_LENGTH = 255  # characters; what common file systems allow
 LABEL_LENGTH = 200  # characters
 MAX_LABELS = 16
 OPTIONS_BYTES = 1024 * 1024
+_MESHES_AND_OPTIONS = 3  # any of them as a file or as a plain field
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,25 @@ async def read_submission(request: Request) -> AsyncIterator[Submission]:
             problem("media-type", "send a multipart/form-data form (curl: -F source=@mesh.glb …)")
         )
     settings: ServiceSettings = request.app.state.settings
-    async with request.form(max_part_size=OPTIONS_BYTES) as form:
+    form = await _bounded_form(request, settings)
+    try:
         yield await _submission(form, settings)
+    finally:
+        await form.close()
+
+
+async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData:
+    try:
+        return await request.form(
+            max_files=settings.max_resources + _MESHES_AND_OPTIONS,
+            max_fields=settings.max_resources + _MESHES_AND_OPTIONS + MAX_LABELS + 1,
+            max_part_size=OPTIONS_BYTES,
+        )
+    except HTTPException as error:
+        # The framework tells what is too much from what is broken by its words alone.
+        if error.detail.startswith("Too many") or "exceeded maximum" in error.detail:
+            raise LimitError(f"the form has more than is accepted here: {error.detail}") from None
+        raise
 
 
 async def _submission(form: FormData, settings: ServiceSettings) -> Submission:

@@ -83,6 +83,14 @@ def test_more_resources_than_accepted_are_refused(http: TestClient) -> None:
     assert "3 resources are more than the 2 accepted" in detail(http, files, DEFAULTS, 413)
 
 
+def test_more_parts_than_accepted_are_refused_before_they_are_all_read(http: TestClient) -> None:
+    files = both() + [("resources", (f"{number}.bin", b"")) for number in range(100)]
+    labels = {**DEFAULTS, "label": ["again"] * 100}
+
+    assert "Too many files" in detail(http, files, DEFAULTS, 413)
+    assert "Too many fields" in detail(http, both(), labels, 413)
+
+
 def test_a_label_is_one_short_line(http: TestClient) -> None:
     assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "x" * 201})
     assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "a\nb"})
