@@ -33,11 +33,19 @@ def http(stack: Stack) -> Iterator[httpx2.Client]:
         yield client
 
 
-def test_a_measurement_has_a_report_and_nothing_else(http: httpx2.Client, measured: Job) -> None:
+def test_a_measurement_has_a_report_and_views_of_its_input(
+    http: httpx2.Client, measured: Job
+) -> None:
     links = http.get(f"/v1/jobs/{measured.id}").json()["links"]
 
     assert measured.state == "succeeded"
-    assert {name for name, link in links.items() if link} == {"self", "report"}
+    assert {name for name, link in links.items() if link} == {
+        "self",
+        "events",
+        "report",
+        "heatmap",
+        "preview",
+    }
     for result in ("mesh", "certificate", "diagnostics", "diagnostics.csv"):
         answer = http.get(f"/v1/jobs/{measured.id}/{result}")
         assert answer.status_code == 404
