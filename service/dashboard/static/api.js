@@ -30,8 +30,11 @@ let asking = null;
 export function askForKey() {
   asking ??= new Promise((resolve) => {
     const dialog = byId("key-dialog");
+    const form = dialog.querySelector("form");
+    byId("key-refused").hidden = key() === "";
+    form.reset();
     dialog.addEventListener("close", () => {
-      remember(new FormData(dialog.querySelector("form")).get("key").trim());
+      remember(new FormData(form).get("key").trim());
       asking = null;
       resolve();
     }, { once: true });
