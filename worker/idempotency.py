@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from redis import Redis
 
-CLAIM_SECONDS = 60
-"""How long a claim outlives a process that was killed. One that is lost earlier loses the
+CLAIM_SECONDS = 10
+"""How long a claim outlives a process that was killed: less than the time in which an
+installation has recovered, or its clients would still be told to wait. One that is lost earlier loses the
 answer 409 to a second request under way, never the promise of one job."""
 
 _CLAIM = f"""

@@ -24,6 +24,7 @@ from tests.integration.outcomes import times_succeeded
 from tests.integration.waiting import RECOVERY, insist, wait_for
 from tests.processes import horses_of, upkeep_of
 from worker.connections import connect_text
+from worker.ledger import Ledger
 from worker.settings import WorkerSettings
 
 BATCHES = 10
@@ -116,9 +117,10 @@ def test_every_accepted_job_succeeds_once_whatever_is_killed_meanwhile(
     luck.shuffle(faults)
     accepted: dict[str, Pair] = {}
 
-    with ThreadPoolExecutor(BATCH) as pool:
-        for fault in faults:
-            sent = [pool.submit(succeed, stormy, luck.choice(pairs)) for _ in range(BATCH)]
+    with ThreadPoolExecutor(BATCH) as pool, Client(stormy.url) as client:
+        for number, fault in enumerate(faults):
+            keys = [f"{number}-{each}" for each in range(BATCH)]
+            sent = [pool.submit(succeed, client, key, luck.choice(pairs)) for key in keys]
             time.sleep(luck.uniform(0.1, 1.5))
             struck = time.monotonic()
             fault(stormy, luck)
@@ -131,11 +133,14 @@ def test_every_accepted_job_succeeds_once_whatever_is_killed_meanwhile(
     assert_done_once(stormy, accepted)
 
 
-def succeed(stack: Stack, pair: Pair) -> tuple[str, Pair]:
+def succeed(client: Client, key: str, pair: Pair) -> tuple[str, Pair]:
     """Send a job until it is accepted, and wait until it has succeeded."""
-    with Client(stack.url) as client:
-        job_id = insist(lambda: client.submit(pair.source, pair.reference, SMALL)).id
-        wait_for(lambda: insist(lambda: client.job(job_id)).state == "succeeded", pause=0.2)
+
+    def submit() -> str:
+        return client.submit(pair.source, pair.reference, SMALL, idempotency_key=key).id
+
+    job_id = insist(submit)
+    wait_for(lambda: insist(lambda: client.job(job_id)).state == "succeeded", pause=0.5)
     return job_id, pair
 
 
@@ -153,3 +158,7 @@ def assert_done_once(stack: Stack, accepted: Mapping[str, Pair]) -> None:
             assert client.job(job_id).state == "succeeded"
             assert times_succeeded(connection, job_id) == 1
             assert client.mesh(job_id) == pair.expected
+        # Whoever was not answered and asked again, with the same key, made no second job.
+        counters = Ledger(connection).index.counters()
+        assert counters["transitions::queued"] == len(accepted)
+        assert counters["transitions:running:succeeded"] == len(accepted)

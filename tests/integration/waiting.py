@@ -28,7 +28,11 @@ def wait_for(
 
 
 def insist(call: Callable[[], Answer], seconds: float = RECOVERY) -> Answer:
-    """Ask a service, or its broker, that may be away for a time."""
+    """Ask a service, or its broker, that may be away for a time.
+
+    Who repeats a request by its key may be told that the first is still under way: the API
+    that was killed over it cannot say otherwise.
+    """
     deadline = time.monotonic() + seconds
     while True:
         try:
@@ -36,7 +40,7 @@ def insist(call: Callable[[], Answer], seconds: float = RECOVERY) -> Answer:
         except (httpx2.TransportError, RedisConnectionError):
             assert time.monotonic() < deadline, "nobody answered in time"
         except ServiceError as error:
-            if error.problem.status != 503:
+            if error.problem.status not in (409, 503):
                 raise
             assert time.monotonic() < deadline, "the service was unavailable for too long"
         time.sleep(0.1)
