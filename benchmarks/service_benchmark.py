@@ -28,6 +28,7 @@ from service_load import (
     form,
     load,
     percentiles,
+    processor_seconds,
     resident,
     send_one,
     stream_form,
@@ -83,8 +84,8 @@ def measure(stack: Stack, arguments: argparse.Namespace) -> dict[str, Any]:
     }
     with httpx2.Client(base_url=stack.url, timeout=60, trust_env=False) as http:
         send_one(http, body)  # the first one warms everybody up
-        results["alone"] = alone(http, body, arguments.jobs)
-        results["tiny_alone"] = alone(http, tiny, arguments.jobs)
+        results["alone"] = alone(stack, http, body, arguments.jobs)
+        results["tiny_alone"] = alone(stack, http, tiny, arguments.jobs)
         results["load"] = loaded(stack, body, arguments)
         drain(http)
         results["tiny"] = loaded(stack, tiny, arguments)
@@ -108,10 +109,14 @@ def _obj(vertices: np.ndarray, faces: np.ndarray) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def alone(http: httpx2.Client, body: bytes, jobs: int) -> dict[str, Any]:
+def alone(stack: Stack, http: httpx2.Client, body: bytes, jobs: int) -> dict[str, Any]:
     """Jobs one after the other: what the service adds to the engine's own time."""
+    pids = [stack.pids()[name] for name in ("API", "broker")]
+    before = sum(map(processor_seconds, pids))
     sent = [send_one(http, body) for _ in range(jobs)]
+    used = sum(map(processor_seconds, pids)) - before
     return {
+        "api_and_broker_processor_ms": 1e3 * used / jobs,
         "submit_ms": percentiles([each.accepted for each in sent]),
         "overhead_ms": percentiles([each.ended - each.engine for each in sent]),
         "engine_ms": percentiles([each.engine for each in sent]),
@@ -225,6 +230,11 @@ def print_results(results: dict[str, Any], console: Console) -> None:
             cells = [f"{row[name]:.0f}" for name in ("p50", "p99", "max", "count")]
             table.add_row(title, *cells)
     console.print(table)
+    console.print(
+        "processor time of API and broker for one job, alone: "
+        f"{results['alone']['api_and_broker_processor_ms']:.0f} ms, of a tiny one "
+        f"{results['tiny_alone']['api_and_broker_processor_ms']:.0f} ms"
+    )
     for title, section in (("load", "load"), ("load of tiny measurements", "tiny")):
         seen = results[section]
         console.print(
