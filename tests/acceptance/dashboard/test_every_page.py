@@ -50,8 +50,8 @@ def test_no_serious_barrier_in_either_scheme(
 ) -> None:
     with watched_page(browser, stack.url, scheme=scheme) as (page, _):
         open_page(page, name, refined)
-        if scheme == "dark":
-            keep_picture(page, f"{name}-dark")
+        if (name, scheme) == ("job", "dark"):
+            keep_picture(page, "dark")
 
         assert serious_violations(page) == []
 
@@ -62,7 +62,8 @@ def test_a_phone_scrolls_down_and_never_aside(
 ) -> None:
     with watched_page(browser, stack.url, viewport=PHONE) as (page, faults):
         open_page(page, name, refined)
-        keep_picture(page, f"{name}-phone")
+        if name == "job":
+            keep_picture(page, "phone")
 
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
         assert serious_violations(page) == []

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from service.stack import Stack
-from tests.acceptance.dashboard.browsing import keep_picture, watched_page
+from tests.acceptance.dashboard.browsing import watched_page
 from worker.settings import WorkerSettings
 
 
@@ -48,7 +48,6 @@ def test_a_key_is_asked_for_once_and_then_used(browser: Browser, guarded: Stack,
 
         expect(page.get_by_text("No jobs yet")).to_be_visible()
         expect(page.get_by_text("meshcone submit")).to_be_visible()
-        keep_picture(page, "empty")
         page.goto("/compare")
         expect(page.get_by_text("No job has a label yet")).to_be_visible()
         expect(page.get_by_role("dialog")).to_be_hidden()
