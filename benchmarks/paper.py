@@ -6,9 +6,9 @@ The shapes are the first 53 of DIRECTORY/objects and DIRECTORY/scans; the table 
 takes all of the latter. Every shape has a file of results; what it holds is not measured again,
 so that a run can be interrupted and continued, and a later one can add what takes long:
 
-    --stages metrics,solver,ablations   quick enough for all shapes (the default)
-    --stages emd                        the earth mover's distance from 5,000 samples, many minutes
-    --stages ""                         only print what there is
+    --stages metrics,best,solver,ablations   quick enough for all shapes (the default)
+    --stages emd        the earth mover's distance from 5,000 samples, many minutes
+    --stages ""         only print what there is
 
 Results belong to one version of the code: a changed program needs another directory. Without
 --data it takes a few shapes made here.
@@ -32,6 +32,7 @@ from threads import limit_threads
 limit_threads(1)  # before the libraries below are loaded, here and in the pool's processes
 
 from paper_measures import (  # noqa: E402
+    BEST_MEASURED,
     MEASURED,
     SCAN_MEASURED,
     Counts,
@@ -45,7 +46,7 @@ from paper_tables import Results, all_tables  # noqa: E402
 from reference_shapes import Shape, made_shapes, stored_shapes  # noqa: E402
 
 PAPER_SHAPES = 53
-STAGES = ("metrics", "solver", "ablations", "emd")
+STAGES = ("metrics", "best", "solver", "ablations", "emd")
 
 
 def chosen_shapes(arguments: argparse.Namespace) -> tuple[list[Shape], list[Shape]]:
@@ -72,6 +73,7 @@ def run_shape(name: str, arguments: argparse.Namespace) -> None:
     counts = Counts(arguments.emd_samples, arguments.more_emd_samples)
     measures: dict[str, Callable[[], Any]] = {
         "metrics": partial(measure_all, meshes, list(dict.fromkeys(measured)), counts),
+        "best": partial(measure_all, meshes, BEST_MEASURED, counts),
         "solver": partial(measure_solver, meshes),
         "ablations": partial(measure_ablations, meshes),
         "emd": partial(measure_emd, meshes, counts),
@@ -117,7 +119,7 @@ def parse_arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--data", type=Path, help="directory with objects/ and scans/")
     parser.add_argument("--results", type=Path, required=True, help="directory to keep results in")
-    parser.add_argument("--stages", type=_stages, default=["metrics", "solver", "ablations"])
+    parser.add_argument("--stages", type=_stages, default=list(STAGES[:-1]))
     parser.add_argument("--only", default="", help="take only shapes whose name contains this")
     parser.add_argument("--emd-samples", type=int, default=Counts.emd)
     parser.add_argument("--more-emd-samples", type=int, default=Counts.more_emd)

@@ -17,14 +17,17 @@ from degradations import marching_cubes, missing_library
 from paper_inputs import deformed, has_poisson, own_sphere, poisson, same_size_sphere
 from paper_program import DEFAULT, solve_as_written
 
-from meshcone.options import parse_options
+from meshcone.options import Options, parse_options
 from meshcone.program.paper import refine_centroid
 from meshcone.program.rounds import refine_surface
 from meshcone.quality.baselines import project, smooth
 from meshcone.surface import Mesh, SurfaceTree
 
 # SCS asked about the answer would move nothing.
-_SURFACE = parse_options({"effort": "fast", "solver": {"certify": False}})
+_EFFORTS = {
+    name: parse_options({"effort": effort, "solver": {"certify": False}})
+    for name, effort in (("surface", "fast"), ("best", "best"))
+}
 
 INPUTS = {"same": "sphere_same", "own": "sphere_own", "cubes": "marching_cubes"}
 
@@ -42,7 +45,7 @@ class PaperMeshes:
 
     Names are ``target``, those of :data:`INPUTS`, ``poisson``, and METHOD_INPUT for what a
     method makes of an input: paper, reduced (the paper's program in this engine's form),
-    surface, laplacian or projection.
+    surface and best (the surface program at either effort), laplacian or projection.
     """
 
     def __init__(self, target: Mesh, directory: Path | None) -> None:
@@ -93,10 +96,9 @@ class PaperMeshes:
             return Made(solve.mesh, solve.record)
         if method == "reduced":
             return _reduced(source, self._target)
+        if method in _EFFORTS:
+            return _timed(lambda: _refined(source, self._target, _EFFORTS[method]))
         refine: dict[str, Callable[[], Mesh]] = {
-            "surface": lambda: source.moved_to(
-                refine_surface(source, self._target, _SURFACE).positions
-            ),
             "laplacian": lambda: smooth(source),
             "projection": lambda: project(source, SurfaceTree(self._target)),
         }
@@ -123,6 +125,10 @@ def _reduced(source: Mesh, target: Mesh) -> Made:
         "solved": float(info.solved),
     }
     return Made(source.moved_to(answer.positions), record)
+
+
+def _refined(source: Mesh, target: Mesh, options: Options) -> Mesh:
+    return source.moved_to(refine_surface(source, target, options).positions)
 
 
 def _timed(make: Callable[[], Mesh]) -> Made:

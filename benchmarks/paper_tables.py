@@ -35,14 +35,16 @@ TITLES = {
     "target": "**floor**: the reference against itself",
     "sphere_same": "input: sphere with the reference's faces",
     "paper_same": "→ centroid program (a copy of the reference)",
-    "surface_same": "→ surface program",
+    "surface_same": "→ surface program, fast",
+    "best_same": "→ surface program, best",
     "sphere_own": "input: sphere with faces of its own",
     "paper_own": "→ centroid program",
-    "surface_own": "→ surface program",
+    "surface_own": "→ surface program, fast",
+    "best_own": "→ surface program, best",
     "laplacian_own": "→ Laplacian",
     "projection_own": "→ closest-point projection",
     "marching_cubes": "marching cubes at 64³",
-    "surface_cubes": "→ surface program",
+    "surface_cubes": "→ surface program, fast",
     "poisson": "Poisson of 10,000 points",
 }
 _SCAN_STEPS = ("marching_cubes", "paper_cubes", "surface_cubes")
@@ -86,7 +88,7 @@ class Results:
 
 def all_tables(results: Results) -> Iterator[str]:
     """Every table, line by line."""
-    yield from _section("Solver", results.count("solver"), solver_table(results))
+    yield from _section("Solver", results.count("metrics"), solver_table(results))
     yield from _section("Metrics, means", results.count("metrics"), metrics_table(results))
     yield from _section("Metrics, medians", results.count("metrics"), exact_table(results))
     for title, settings, paper in (
@@ -102,9 +104,13 @@ def solver_table(results: Results) -> list[list[str]]:
     """Seconds, iterations and success of the paper's program."""
     rows = [["", "mean s", "mean iterations", "solved"]]
     rows.append([f"{PAPER} 53 meshes", "1.22", "25", "100 %"])
-    for name, title in (("written", "as written, CVXPY and SCS"), ("reduced", "reduced form, SCS")):
-        numbers = [results.mean("solver", name, key) for key in ("seconds", "iterations", "solved")]
-        rows.append([title, short(numbers[0]), short(numbers[1]), _percent(numbers[2])])
+    for stage, name, title in (
+        ("metrics", "paper_same", "as written, CVXPY and SCS"),
+        ("solver", "reduced", "reduced form, SCS"),
+    ):
+        numbers = [results.mean(stage, name, key) for key in ("seconds", "iterations", "solved")]
+        titled = title + _if_fewer(results, stage, name)
+        rows.append([titled, short(numbers[0]), short(numbers[1]), _percent(numbers[2])])
     return rows
 
 
@@ -117,9 +123,10 @@ def metrics_table(results: Results) -> list[list[str]]:
         cells = [short(chamfer), short(distance), _MISSING, *map(short, others)]
         rows.append([f"{PAPER} {method}", *cells])
     for name, title in TITLES.items():
-        found = {key: short(results.mean("metrics", name, key)) for key in _SAMPLED}
+        found = {key: short(results.mean(_stage(name), name, key)) for key in _SAMPLED}
         extra = short(results.mean("emd", name, "emd"))
-        rows.append([title, found.pop("chamfer"), extra, *found.values()])
+        titled = title + _if_fewer(results, _stage(name), name)
+        rows.append([titled, found.pop("chamfer"), extra, *found.values()])
     return rows
 
 
@@ -127,8 +134,9 @@ def exact_table(results: Results) -> list[list[str]]:
     """What is measured to the triangles themselves, and the shape of the faces."""
     rows = [["", "point to surface", "NC by closest triangle", "aspect ratio", "s"]]
     for name, title in TITLES.items():
-        cells = [short(results.median("metrics", name, key)) for key in _EXACT]
-        rows.append([title, *cells, short(results.median("metrics", name, "seconds"))])
+        cells = [short(results.median(_stage(name), name, key)) for key in _EXACT]
+        titled = title + _if_fewer(results, _stage(name), name)
+        rows.append([titled, *cells, short(results.median(_stage(name), name, "seconds"))])
     return rows
 
 
@@ -209,6 +217,16 @@ def _cells(shapes: Sequence[Mapping[str, Any]], meshes: Iterable[str]) -> list[s
         for key in ("aspect", "emd", "hausdorff", "distance")
     }
     return [" → ".join(map(short, found)) for found in means.values()]
+
+
+def _if_fewer(results: Results, stage: str, row: str) -> str:
+    """How many shapes a row is of, where that is not all."""
+    count = sum(row in shape.get(stage, {}) for shape in results.main.values())
+    return "" if count == results.count("metrics") else f" ({count} shapes)"
+
+
+def _stage(mesh: str) -> str:
+    return "best" if mesh.startswith("best_") else "metrics"
 
 
 def _percent(share: float) -> str:
