@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 CLAIM_SECONDS = 10
 """How long a claim outlives a process that was killed: less than the time in which an
-installation has recovered, or its clients would still be told to wait. One that is lost earlier loses the
-answer 409 to a second request under way, never the promise of one job."""
+installation has recovered, or its clients would still be told to wait. One that is lost
+earlier loses the answer 409 to a second request under way, never the promise of one job."""
 
 _CLAIM = f"""
 local job, fingerprint = unpack(redis.call('HMGET', KEYS[1], 'job', 'fingerprint'))
