@@ -8,7 +8,7 @@ them knows more.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from fastapi import APIRouter, Response
 from prometheus_client import CollectorRegistry
@@ -41,7 +41,9 @@ if TYPE_CHECKING:
 
 router = APIRouter(tags=["health"])
 
-_TEXT = {200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+_TEXT: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/plain": {"schema": {"type": "string"}}}}
+}
 
 
 @router.get("/metrics", response_class=Response, responses=_TEXT)
@@ -115,7 +117,8 @@ class LedgerCollector(Collector):
             "How long the job has been in its state that has been there longest.",
             labels=["state"],
         )
-        for state in ("queued", "running"):
+        waiting: tuple[JobState, ...] = ("queued", "running")
+        for state in waiting:
             oldest.add_metric([state], index.longest(state))
         yield oldest
         yield GaugeMetricFamily(

@@ -73,7 +73,10 @@ def write_spans(provider: TracerProvider, record: JobRecord, attempt: int, began
     """Write a span of the attempt and, before the first one, one of how long the job waited."""
     parent = propagate.extract(record.context)
     tracer = provider.get_tracer("meshcone")
-    attributes = {"meshcone.job.id": record.id, "meshcone.job.attempt": attempt}
+    attributes: dict[str, str | int | float] = {
+        "meshcone.job.id": record.id,
+        "meshcone.job.attempt": attempt,
+    }
     if attempt == 1:
         waiting = tracer.start_span(
             "queued", context=parent, start_time=_nanoseconds(record.created), attributes=attributes

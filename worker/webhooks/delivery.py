@@ -112,7 +112,7 @@ class Delivery:
 
     def _pause(self, tries: int) -> float:
         spread = 1 + random.uniform(-_JITTER, _JITTER)  # noqa: S311 - nothing is kept secret by it
-        return self._settings.webhook_first_delay * _GROWTH ** (tries - 1) * spread
+        return float(self._settings.webhook_first_delay) * float(_GROWTH) ** (tries - 1) * spread
 
     async def _send(self, message: Message) -> str:
         """Send a message once; returns why it was not received, or nothing."""
@@ -147,5 +147,5 @@ class Delivery:
     async def _secret(self, message: Message) -> str | None:
         if message.owner is None:
             return self._settings.webhook_secret
-        stored: str | None = await self._client.hget(SECRETS, message.owner)
-        return stored
+        stored = await self._client.hget(SECRETS, message.owner)
+        return None if stored is None else str(stored)

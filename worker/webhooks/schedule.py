@@ -135,7 +135,9 @@ class Schedule:
     async def settle(self, message: Message) -> None:
         """Forget a message: it was received, or is given up."""
         async with self._client.pipeline(transaction=True) as pipeline:
-            pipeline.zrem(DUE, message.id).hdel(MESSAGES, message.id).hdel(TRIES, message.id)
+            pipeline.zrem(DUE, message.id)
+            pipeline.hdel(MESSAGES, message.id)
+            pipeline.hdel(TRIES, message.id)
             await pipeline.execute()
 
     async def wait(self, seconds: float) -> None:
