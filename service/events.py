@@ -64,7 +64,7 @@ class Events:
         """Wait until a job has ended, or the time is up; false if no more clients may wait."""
         if self._following >= self._most:
             return False
-        with self._one_more():
+        with self.one_more():
             await self._feed.wait_for_end(job_id, seconds)
         return True
 
@@ -86,7 +86,7 @@ class Events:
 
     async def stream(self, job_id: str, after: str) -> AsyncGenerator[bytes]:
         """The events after one, as they are sent."""
-        with self._one_more():
+        with self.one_more():
             yield format_sse_event(retry=_RECONNECT)
             try:
                 async for event in self._feed.follow(job_id, after):
@@ -98,7 +98,8 @@ class Events:
                 return  # the client comes back with the last id it has seen
 
     @contextmanager
-    def _one_more(self) -> Iterator[None]:
+    def one_more(self) -> Iterator[None]:
+        """Count a client as long as it follows something."""
         self._following += 1
         try:
             yield

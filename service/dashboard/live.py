@@ -15,6 +15,7 @@ from redis.exceptions import RedisError
 from starlette.responses import StreamingResponse
 
 from service.context import Context, ContextDependency
+from service.events import Events, EventsDependency
 from service.schemas import Job
 from service.uploads import LABEL_LENGTH
 from worker.job_index import JobFilter
@@ -39,15 +40,23 @@ class _Change(BaseModel):
 @router.get("/dashboard/events", response_class=StreamingResponse)
 async def follow_jobs(
     context: ContextDependency,
+    events: EventsDependency,
     state: JobState | None = None,
     verdict: Verdict | None = None,
     label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
 ) -> StreamingResponse:
     """The newest jobs that are wanted: all of them first, then those that have changed."""
+    events.require_room()
     labels = frozenset({label}) if label else frozenset()
-    changes = _changes(context, JobFilter(state=state, verdict=verdict, labels=labels))
+    changes = _followed(context, events, JobFilter(state=state, verdict=verdict, labels=labels))
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     return StreamingResponse(changes, headers=headers, media_type="text/event-stream")
+
+
+async def _followed(context: Context, events: Events, wanted: JobFilter) -> AsyncIterator[bytes]:
+    with events.one_more():
+        async for change in _changes(context, wanted):
+            yield change
 
 
 async def _changes(context: Context, wanted: JobFilter) -> AsyncIterator[bytes]:
@@ -60,7 +69,7 @@ async def _changes(context: Context, wanted: JobFilter) -> AsyncIterator[bytes]:
         except RedisError:
             yield format_sse_event(event="unavailable", data_str="{}")
             return
-        now = {record.id: Job.of(record) for record in page.jobs}
+        now = {record.id: context.job(record) for record in page.jobs}
         changed = [job for job_id, job in now.items() if seen.get(job_id) != job]
         if changed or now.keys() != seen.keys() or silent_since is None:
             change = _Change(order=list(now), changed=changed, more=page.cursor)
