@@ -40,6 +40,9 @@ class Setting:
 DEFAULT = Setting()
 LAMBDAS = [Setting(value, 0.5) for value in (0.001, 0.01, 0.1)]
 DELTAS = [Setting(0.1, value) for value in (0.005, 0.05, 0.5)]
+# Caps on a third of the edges cost ten times what the other settings do: a stage of its own.
+TIGHT = DELTAS[0]
+LOOSE = list(dict.fromkeys([*LAMBDAS, *DELTAS[1:]]))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from paper_program import DELTAS, LAMBDAS, Setting
+from paper_program import DELTAS, LAMBDAS, TIGHT, Setting
 
 # Of the paper's tables, column by column; PAPER says whose row it is.
 PAPER = "*the paper*:"
@@ -147,12 +147,14 @@ def ablation_table(
     theirs = [f"HD, {PAPER[:-1]}", f"NC, {PAPER[:-1]}", f"s, {PAPER[:-1]}"]
     rows = [["λ", "δ", *theirs, "HD", "NC", "s", "iterations", "solved", "caps reached"]]
     for setting in settings:
+        stage = "tight" if setting == TIGHT else "ablations"
         mean = {
-            key: results.mean("ablations", setting.key, key)
+            key: results.mean(stage, setting.key, key)
             for key in ("hausdorff", "normals", "seconds", "iterations", "solved", "active")
         }
         ours = [short(mean[key]) for key in ("hausdorff", "normals", "seconds", "iterations")]
-        weights = [f"{setting.regularization:g}", f"{setting.edge_cap:g}"]
+        fewer = _if_fewer(results, stage, setting.key)
+        weights = [f"{setting.regularization:g}", f"{setting.edge_cap:g}{fewer}"]
         shares = [_percent(mean["solved"]), _percent(mean["active"])]
         rows.append([*weights, *map(short, paper[setting.key]), *ours, *shares])
     floor = [short(results.mean("ablations", "floor", key)) for key in ("hausdorff", "normals")]
