@@ -17,6 +17,7 @@ from starlette.responses import StreamingResponse
 from service.jobs import FoundJob
 from service.problems import ProblemError, problem
 from service.schemas import JOBS_PATH
+from service.streams import OpenStreams
 from worker.job_events import BEGINNING, EventFeed, is_event_id
 
 if TYPE_CHECKING:
@@ -53,9 +54,13 @@ class Events:
     Args:
         feed: the ledger's events.
         most: how many may follow at one time.
+
+    Attributes:
+        streams: what is being sent; closing it ends them all.
     """
 
     def __init__(self, feed: EventFeed, most: int) -> None:
+        self.streams = OpenStreams()
         self._feed = feed
         self._most = most
         self._following = 0
@@ -142,7 +147,7 @@ async def follow_job(
         return Response(status_code=status.HTTP_204_NO_CONTENT)
     events.require_room()
     return StreamingResponse(
-        events.stream(record.id, after),
+        events.streams.until_closed(events.stream(record.id, after)),
         media_type="text/event-stream",
         headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"},
     )

@@ -13,6 +13,7 @@ from meshcone.errors import InputError
 from meshcone.settings import load_settings
 from service.app import create_app
 from service.auth import is_loopback
+from service.events import Events
 from service.settings import ServiceSettings
 from worker.logs import configure_logging
 
@@ -69,4 +70,17 @@ def serve(listener: socket.socket) -> None:
         timeout_graceful_shutdown=10,
     )
     with closing(listener):
-        uvicorn.Server(config).run(sockets=[listener])
+        _Server(config).run(sockets=[listener])
+
+
+class _Server(uvicorn.Server):
+    """One that ends the streams it sends before it waits for its answers to end."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop listening, and wait for what is being answered."""
+        self._events().streams.close()
+        await super().shutdown(sockets)
+
+    def _events(self) -> Events:
+        events: Events = self.config.app.state.events  # type: ignore[union-attr]
+        return events

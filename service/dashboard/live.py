@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -48,12 +48,13 @@ async def follow_jobs(
     """The newest jobs that are wanted: all of them first, then those that have changed."""
     events.require_room()
     labels = frozenset({label}) if label else frozenset()
-    changes = _followed(context, events, JobFilter(state=state, verdict=verdict, labels=labels))
+    wanted = JobFilter(state=state, verdict=verdict, labels=labels)
+    changes = events.streams.until_closed(_followed(context, events, wanted))
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     return StreamingResponse(changes, headers=headers, media_type="text/event-stream")
 
 
-async def _followed(context: Context, events: Events, wanted: JobFilter) -> AsyncIterator[bytes]:
+async def _followed(context: Context, events: Events, wanted: JobFilter) -> AsyncGenerator[bytes]:
     with events.one_more():
         async for change in _changes(context, wanted):
             yield change
