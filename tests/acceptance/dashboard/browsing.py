@@ -101,8 +101,15 @@ def difference(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(np.abs(one[:height, :width] - other[:height, :width]).mean())
 
 
-def keep_picture(page: Page, name: str, *, full: bool = False) -> None:
-    """Store how a page looks where MESHCONE_SCREENSHOTS says; nowhere, if it says nothing."""
+def keep_picture(page: Page, name: str, height: int = 800) -> None:
+    """Store how the top of a page looks where MESHCONE_SCREENSHOTS says; nowhere without it."""
     directory = os.environ.get("MESHCONE_SCREENSHOTS")
-    if directory:
-        page.screenshot(path=Path(directory) / f"{name}.png", full_page=full)
+    if not directory:
+        return
+    width = page.viewport_size["width"] if page.viewport_size else DESKTOP["width"]
+    clip = {"x": 0, "y": 0, "width": width, "height": height}
+    image = Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip))).convert("RGB")
+    # A palette makes a third of the bytes of it, which is what a repository keeps for ever.
+    image.quantize(256, dither=Image.Dither.NONE).save(
+        Path(directory) / f"{name}.png", optimize=True
+    )

@@ -51,7 +51,7 @@ def test_no_serious_barrier_in_either_scheme(
     with watched_page(browser, stack.url, scheme=scheme) as (page, _):
         open_page(page, name, refined)
         if (name, scheme) == ("job", "dark"):
-            keep_picture(page, "dark")
+            keep_picture(page, "dark", height=950)
 
         assert serious_violations(page) == []
 
@@ -63,7 +63,7 @@ def test_a_phone_scrolls_down_and_never_aside(
     with watched_page(browser, stack.url, viewport=PHONE) as (page, faults):
         open_page(page, name, refined)
         if name == "job":
-            keep_picture(page, "phone")
+            keep_picture(page, "phone", height=1400)
 
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
         assert serious_violations(page) == []
@@ -111,7 +111,7 @@ def test_what_got_worse_comes_first(page: Page, client: Client, ball: MeshFile) 
     expect(rows.first).to_contain_text("part.obj → ball.obj")
     expect(page.get_by_role("heading", name="worse than in the run before")).to_be_visible()
     expect(page.locator(".charts .dot.bad").first).to_be_visible()
-    keep_picture(page, "compare")
+    keep_picture(page, "compare", height=1000)
 
 
 def test_the_policy_lets_no_script_run_that_is_not_ours(browser: Browser, stack: Stack) -> None:

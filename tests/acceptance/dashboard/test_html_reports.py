@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
-from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels, watched_page
+from tests.acceptance.dashboard.browsing import difference, pixels, watched_page
 
 
 def meshcone(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -46,7 +46,6 @@ def test_a_refinement_leaves_a_page_that_needs_nothing_else(folder: Path, offlin
     offline.wait_for_selector("[data-ready]")
     view = offline.get_by_test_id("view").locator("canvas")
     heat = pixels(view)
-    keep_picture(offline, "report")
     offline.get_by_role("button", name="Shape", exact=True).click()
     expect(offline.get_by_test_id("scale")).to_be_hidden()
 

@@ -42,7 +42,7 @@ def test_the_heat_map_comes_and_goes_with_its_legend_in_model_units(
     marked = job_page.get_by_test_id("threshold").inner_text()
     assert float(marked.removeprefix("threshold ")) == pytest.approx(0.05 * radius, rel=0.01)
     heat = pixels(canvas)
-    keep_picture(job_page, "job")
+    keep_picture(job_page, "job", height=950)
 
     job_page.get_by_role("button", name="Shape", exact=True).click()
     settle(job_page)
@@ -74,7 +74,6 @@ def test_choosing_a_worst_place_flies_there(job_page: Page) -> None:
 
     expect(first).to_have_attribute("aria-pressed", "true")
     assert difference(before, pixels(canvas)) > DRAWN
-    keep_picture(job_page, "worst-place")
 
 
 def test_the_slider_wipes_from_input_to_refined(job_page: Page) -> None:
@@ -83,7 +82,7 @@ def test_the_slider_wipes_from_input_to_refined(job_page: Page) -> None:
     job_page.get_by_role("checkbox", name="Wireframe").check()
     slider = job_page.get_by_label("Wipe between the meshes")
     settle(job_page)
-    keep_picture(job_page, "wipe")
+    keep_picture(job_page, "wipe", height=950)
     slider.press("End")
     settle(job_page)
     whole_input = pixels(canvas)

@@ -74,7 +74,7 @@ def test_options_are_asked_for_as_the_schema_describes_them(
         "unit"
     ).select_option("model")
     expect(page.locator("#options-count")).to_have_text("2 changed")
-    keep_picture(page, "options")
+    keep_picture(page, "options", height=1000)
     page.get_by_label("Label").first.fill("chosen options")
     page.get_by_role("button", name="Start the job").click()
     expect(page.get_by_role("link", name="Watch this job")).to_be_visible()
