@@ -19,9 +19,9 @@ export class Legend {
   /** Learn what the scales can be taken from. */
   take(preview, threshold) {
     const { input, refined } = preview.surfaces;
-    const tops = [["input", "up to 99 % of the input", quantile(input.deviation, SHOWN)]];
-    if (refined) tops.push(["refined", "up to 99 % of the refined mesh", quantile(refined.deviation, SHOWN)]);
-    tops.push(["largest", "up to the largest", Math.max(quantile(input.deviation, 1), refined ? quantile(refined.deviation, 1) : 0)]);
+    const tops = [["input", "99 % of the input", quantile(input.deviation, SHOWN)]];
+    if (refined) tops.push(["refined", "99 % of the refined", quantile(refined.deviation, SHOWN)]);
+    tops.push(["largest", "the largest", Math.max(quantile(input.deviation, 1), refined ? quantile(refined.deviation, 1) : 0)]);
     this.tops = tops.map(([name, text, top]) => ({ name, text, top: top > 0 ? top : 1e-9 }));
     this.chosen = this.tops[0];
     this.threshold = threshold;
@@ -49,7 +49,7 @@ export class Legend {
     const scale = h("select", { "aria-label": "Scale", onchange: () => { this.chosen = this.tops[Number(scale.value)]; this.onChange(this.show("deviation")); } },
       this.tops.map(({ text, name }, index) => h("option", { value: String(index), selected: name === this.chosen.name }, text)));
     const input = h("input", {
-      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(4))), style: { width: "8.5em" },
+      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(4))), style: { maxWidth: "6.5em" },
       onchange: () => {
         const value = Number(input.value);
         this.threshold = input.value === "" || !(value > 0) ? null : value / this.radius;
@@ -60,7 +60,7 @@ export class Legend {
       h("strong", null, "Deviation"),
       this.#scale(this.#top(), this.threshold, (value) => number(value * this.radius)),
       h("span", { class: "soft" }, "model units"),
-      h("label", null, "Scale ", scale),
+      h("label", null, "Up to ", scale),
       h("label", null, "Threshold ", input),
     ];
   }

@@ -108,8 +108,6 @@ def keep_picture(page: Page, name: str, height: int = 800) -> None:
         return
     width = page.viewport_size["width"] if page.viewport_size else DESKTOP["width"]
     clip = {"x": 0, "y": 0, "width": width, "height": height}
-    image = Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip))).convert("RGB")
-    # A palette makes a third of the bytes of it, which is what a repository keeps for ever.
-    image.quantize(256, dither=Image.Dither.NONE).save(
-        Path(directory) / f"{name}.png", optimize=True
-    )
+    page.evaluate("scrollTo(0, 0)")
+    image = Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip)))
+    image.convert("RGB").save(Path(directory) / f"{name}.png", optimize=True)
