@@ -2,9 +2,9 @@
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.profile_engine [--subdivisions 5 7]
 
-Prints, for bumpy spheres of its own with 2 % noise, the seconds of processor time spent in closest points,
-in building trees for them, in CG, and in everything else; the first three are the floor:
-one pass each way over the trees and one linear solve per round.
+Prints, for bumpy spheres of its own with 2 % noise, the seconds of processor time spent in
+closest points, in building trees for them, in CG, and in everything else; the first three are
+the floor: one pass each way over the trees and one linear solve per round.
 """
 
 from __future__ import annotations
