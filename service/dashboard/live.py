@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import AsyncGenerator, AsyncIterator
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from fastapi.concurrency import run_in_threadpool
@@ -29,11 +29,26 @@ _KEEPALIVE = 15.0  # seconds after which silence is broken
 _LONGEST = 300.0  # seconds; then the page comes back, to a server that may have been renewed
 
 
+# What a row of the table is made of: a seventh of a job, of which the options are the most.
+_ROW: dict[str, Any] = {
+    **dict.fromkeys(("id", "state", "labels", "created", "progress", "verdict"), True),
+    **dict.fromkeys(("source", "reference"), {"name"}),
+    "options": {"mode"},
+    "error": {"detail"},
+    "summary": {
+        "outcome": True,
+        "radius": True,
+        "worst": True,
+        "metrics": {"point_to_surface.max"},
+    },
+}
+
+
 class _Change(BaseModel):
     """What a page has to know to show the list as it is now."""
 
     order: list[str]
-    changed: list[Job]
+    changed: list[dict[str, Any]]
     more: str | None
 
 
@@ -73,7 +88,8 @@ async def _changes(context: Context, wanted: JobFilter) -> AsyncIterator[bytes]:
         now = {record.id: context.job(record) for record in page.jobs}
         changed = [job for job_id, job in now.items() if seen.get(job_id) != job]
         if changed or now.keys() != seen.keys() or silent_since is None:
-            change = _Change(order=list(now), changed=changed, more=page.cursor)
+            rows = [job.model_dump(mode="json", include=_ROW) for job in changed]
+            change = _Change(order=list(now), changed=rows, more=page.cursor)
             yield format_sse_event(event="jobs", data_str=change.model_dump_json())
             seen, silent_since = now, time.monotonic()
         elif time.monotonic() - silent_since > _KEEPALIVE:

@@ -74,7 +74,9 @@ function showState(state) {
 }
 
 function take(event) {
+  if (event.type === "unavailable") showState("interrupted");
   if (event.type !== "jobs") return;
+  showState("live");
   const { order, changed, more } = JSON.parse(event.data);
   const known = new Map([...older, ...jobs, ...changed].map((job) => [job.id, job]));
   jobs = order.map((id) => known.get(id));
@@ -91,7 +93,7 @@ async function start() {
   older = [];
   showLoading();
   try {
-    await follow(`/dashboard/events?${wanted()}`, { onEvent: take, onState: showState, signal });
+    await follow(`/dashboard/events?${wanted()}`, { onEvent: take, onState: (state) => state !== "live" && showState(state), signal });
   } catch (error) {
     showState("interrupted");
     rows.replaceChildren();

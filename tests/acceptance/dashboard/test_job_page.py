@@ -169,6 +169,23 @@ def test_a_job_that_failed_says_why(page: Page, client: Client, ball: MeshFile) 
     expect(page.get_by_role("alert")).to_contain_text("blank.obj")
 
 
+def test_a_job_can_be_canceled_and_then_deleted(
+    page: Page, client: Client, rough_jug: MeshFile, jug: MeshFile
+) -> None:
+    blocking = client.submit(rough_jug, jug)  # keeps the one worker from the job canceled here
+    job = client.submit(rough_jug, jug)
+    page.goto(f"/jobs/{job.id}")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_text("This job was canceled")).to_be_visible(timeout=60_000)
+
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("button", name="Delete").click()
+    page.wait_for_url(lambda url: url.endswith("/"))
+
+    assert job.id not in [each.id for each in client.all_jobs()]
+    client.cancel(blocking.id)
+
+
 def test_a_measurement_shows_the_mesh_beside_its_reference(
     page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
