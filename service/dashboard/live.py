@@ -32,7 +32,8 @@ _LONGEST = 300.0  # seconds; then the page comes back, to a server that may have
 # What a row of the table is made of: a seventh of a job, of which the options are the most.
 _ROW: dict[str, Any] = {
     **dict.fromkeys(("id", "state", "labels", "created", "progress", "verdict"), True),
-    **dict.fromkeys(("source", "reference"), {"name"}),
+    "source": {"name"},
+    "reference": {"name"},
     "options": {"mode"},
     "error": {"detail"},
     "summary": {
