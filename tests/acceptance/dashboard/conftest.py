@@ -22,8 +22,9 @@ GATES: dict[str, Any] = {
 }
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
+    """Closed with this directory's last test: it draws, and would compete with all others."""
     with sync_playwright() as playwright:
         launched = launch(playwright)
         yield launched
