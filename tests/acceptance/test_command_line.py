@@ -251,7 +251,7 @@ def test_serve_ends_when_told_to_and_takes_everything_with_it(tmp_path: Path) ->
 
         assert process.wait(timeout=60) == 0
 
-    assert len(children) == 3  # broker, worker, API
+    assert len(children) == 4  # broker, worker, webhooks, API
     assert all(has_ended(pid) for pid in children)
 
 
