@@ -61,6 +61,7 @@ def refine(
     reference: MeshFile,
     options: Options,
     progress: ProgressCallback | None = None,
+    solve_seconds: float | None = None,
 ) -> Refinement:
     """Refine ``source`` against ``reference``.
 
@@ -69,11 +70,13 @@ def refine(
         reference: the mesh it should have been; not changed.
         options: resolved options.
         progress: called between stages and rounds.
+        solve_seconds: what a solve may take at most, whatever the options allow. It is the
+            machine's business: report and certificate state the options as they are.
 
     Raises:
         InputError, LimitError: a file or a gate cannot be used; the message says which and why.
         InfeasibleError: the requested constraints contradict each other.
-        SolveTimeoutError: ``options.solver.time_limit`` passed.
+        SolveTimeoutError: ``options.solver.time_limit`` or ``solve_seconds`` passed.
     """
     require_known(options.gates, "refine")
     tracker = _Tracker(progress)
@@ -86,7 +89,7 @@ def refine(
             pair = pair.aligned(options.align, options.seed)
     tracker.enter("solve")
     with watch.stage("solve"):
-        problem = formulate(pair, options)
+        problem = formulate(pair, _limited(options, solve_seconds))
         try:
             solved = solve(problem, tracker.round_done)
         except ContradictionError as error:
@@ -107,6 +110,14 @@ def refine(
         certificate=_certificate(pair, options, solved, written),
         scene=scorer.scene(pair.frame, _tension(solved)),
     )
+
+
+def _limited(options: Options, seconds: float | None) -> Options:
+    asked = options.solver.time_limit
+    if seconds is None or 0 < asked <= seconds:
+        return options
+    solver = options.solver.model_copy(update={"time_limit": seconds})
+    return options.model_copy(update={"solver": solver})
 
 
 @dataclass(frozen=True)

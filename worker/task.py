@@ -21,7 +21,7 @@ from meshcone.errors import (
 )
 from meshcone.files import MeshFile
 from meshcone.measure import measurement
-from meshcone.options import Options, parse_options
+from meshcone.options import parse_options
 from meshcone.progress import ProgressCallback
 from meshcone.refine import refine
 from meshcone.settings import load_settings
@@ -136,23 +136,15 @@ def _require_small(files: Mapping[str, ArtifactFile], limit: int) -> None:
 def _work(
     record: JobRecord, blobs: BlobStore, progress: ProgressCallback, seconds: int
 ) -> JobFiles:
-    options = _with_time_limit(parse_options(record.options), seconds)
+    options = parse_options(record.options)
     source, reference = (
         _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
     )
     if options.mode == "measure":
         return of_measurement(record.source.name, measurement(source, reference, options))
-    return of_refinement(record.source.name, refine(source, reference, options, progress))
-
-
-def _with_time_limit(options: Options, seconds: int) -> Options:
-    """The options with a limit on each solve below the job's, so that C code returns in time."""
-    limit = SOLVER_SHARE * seconds
-    wanted = options.solver.time_limit
-    if 0 < wanted <= limit:
-        return options
-    solver = options.solver.model_copy(update={"time_limit": limit})
-    return options.model_copy(update={"solver": solver})
+    # Below the job's own limit, so that the solver's C code returns before the alarm.
+    made = refine(source, reference, options, progress, solve_seconds=SOLVER_SHARE * seconds)
+    return of_refinement(record.source.name, made)
 
 
 def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:
