@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -135,8 +136,15 @@ def test_the_verify_command_proves_the_downloads(
         downloading.value.save_as(tmp_path / name)
     shown = job_page.get_by_role("region", name="Command that verifies the certificate")
 
+    program, *arguments = shlex.split(shown.inner_text())
+
+    # The program beside this interpreter, whether or not its environment is activated.
     verified = subprocess.run(
-        shlex.split(shown.inner_text()), cwd=tmp_path, capture_output=True, text=True, timeout=120
+        [Path(sys.executable).with_name(program), *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
 
     assert verified.returncode == 0, verified.stdout + verified.stderr
