@@ -33,9 +33,9 @@ from stored import document_and_binary
 from meshcone.assets import Asset, read_asset
 from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
+from meshcone.local_files import read_local
 from meshcone.options import parse_options
 from meshcone.refine import refine
-from service.cli.local_files import read_local
 
 DISPLACEMENT = 0.02  # of the surface's largest extent
 OPTIONS: dict[str, Any] = {

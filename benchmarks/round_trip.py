@@ -26,10 +26,10 @@ from stored import read_stored
 from meshcone.assets import Asset, WritePolicy, read_asset
 from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
+from meshcone.local_files import read_local
 from meshcone.options import Formulation, Options
 from meshcone.refine import Refinement, refine
 from meshcone.surface import Frame, Mesh
-from service.cli.local_files import read_local
 
 FILES = (
     "objects/airplane__gso.obj",

@@ -34,7 +34,7 @@ from rich.table import Table
 from meshcone.assets import Asset, read_asset
 from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
-from service.cli.local_files import read_local
+from meshcone.local_files import read_local
 
 SECONDS = 5.0
 MEMORY = 1024**3

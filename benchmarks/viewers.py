@@ -14,6 +14,7 @@ import argparse
 import functools
 import gzip
 import http.server
+import sys
 import tempfile
 import threading
 import time
@@ -23,6 +24,7 @@ from statistics import median
 import numpy as np
 from playwright.sync_api import Browser, sync_playwright
 
+sys.path.append(sys.path.pop(0))  # a script beside this one has the name of the package
 from service.dashboard.libraries import three_js
 
 _SIDE = 317

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
+from meshcone.local_files import read_bytes
 from service.cli.arguments import Assignments, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
-from service.cli.local_files import read_bytes
 from service.cli.output import require_writable, write_together
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
-from service.cli.local_files import read_local
 
 if TYPE_CHECKING:
     from meshcone.report import MeasureReport

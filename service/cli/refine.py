@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
+from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
-from service.cli.local_files import read_local
 from service.cli.output import certificate_path, require_writable, write_together
 from service.cli.progress_bar import progress_bar
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.local_files import read_bytes, read_local
+from meshcone.local_files import read_bytes, read_local
 from service.cli.output import certificate_path
 
 _FAILED = 1  # exit code

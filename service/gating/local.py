@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from meshcone.errors import InternalError, LimitError, MeshConeError
 from meshcone.gates.results import AssetResult, AssetView
+from meshcone.local_files import read_local
 from meshcone.options import Mode
-from service.cli.local_files import read_local
 from service.gating.job import GateJob, Judgement, judged
 from worker.lifeline import die_with_parent
 

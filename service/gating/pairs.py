@@ -15,8 +15,8 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
+from meshcone.local_files import read_bytes
 from meshcone.suggestions import did_you_mean, first_cause
-from service.cli.local_files import read_bytes
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import httpx2
 
 from meshcone.errors import InternalError, SolveTimeoutError
 from meshcone.gates.results import AssetResult, AssetView
-from service.cli.local_files import read_local
+from meshcone.local_files import read_local
 from service.client import ServiceError
 from service.connection import connect, error_of
 from service.gating.job import GateJob, Judgement, judged
