@@ -128,11 +128,12 @@ class _State:
         for step in range(_NEWTON_LIMIT):
             shifted = self._shifted(penalty)
             projected = project_dual(shifted, self._cones)
-            gradient, scale = self._gradient(projected)
+            smooth, pull, scale = self._gradient(projected)
+            gradient = smooth + pull
             if _largest(gradient) <= tolerance * scale:
                 return step
             direction = self._newton_direction(shifted, gradient, penalty)
-            length = self._step_length(direction, shifted, gradient - self._At @ projected, penalty)
+            length = self._step_length(direction, shifted, smooth, penalty)
             if length == 0:
                 return step + 1
             self.x = self.x + length * direction
@@ -149,16 +150,16 @@ class _State:
 
     def dual_residual(self) -> float:
         """Return ‖P x + c + Aᵀy‖∞ relative to the largest of its terms."""
-        gradient, scale = self._gradient(self.y)
-        return _largest(gradient) / scale
+        smooth, pull, scale = self._gradient(self.y)
+        return _largest(smooth + pull) / scale
 
     def _shifted(self, penalty: float) -> Floats:
         return np.asarray(self.y + penalty * (self._A @ self.x - self._b))
 
-    def _gradient(self, y: Floats) -> tuple[Floats, float]:
-        """Return P x + c + Aᵀy and the largest entry of its terms."""
+    def _gradient(self, y: Floats) -> tuple[Floats, Floats, float]:
+        """Return P x + c, Aᵀy, and the largest entry of P x, c and Aᵀy."""
         Px, Aty = self._objective.apply(self.x), self._At @ y
-        return Px + self._c + Aty, max(_largest(Px), _largest(self._c), _largest(Aty))
+        return Px + self._c, Aty, max(_largest(Px), _largest(self._c), _largest(Aty))
 
     def _newton_direction(self, shifted: Floats, gradient: Floats, penalty: float) -> Floats:
         derivative = projection_derivative(shifted, self._cones)

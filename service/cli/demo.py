@@ -115,7 +115,7 @@ def _working_directory(out: Path, display: Display) -> Iterator[Path]:
         log = Path(name) / LOG_NAME
         try:
             yield Path(name)
-        except Exception:
+        except Exception:  # whatever it was is raised again; only the log is saved first
             if log.is_file():
                 shutil.copyfile(log, out / LOG_NAME)
                 display.step(f"failed: the service's log is in {out / LOG_NAME}")
