@@ -5,7 +5,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from meshcone.options import ConeOptions, SolverOptions, SurfaceOptions
@@ -91,6 +91,7 @@ def by_clarabel(objective: SurfaceObjective, families: list[ConeFamily]) -> np.n
 
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 1000), REQUESTS)
+@example(144, {"edge": 1.0, "displacement": 0.050155846700261866, "band": 1.0})
 def test_active_cones_all_cones_and_clarabel_agree(seed: int, draw: dict[str, float]):
     source, objective = small_program(seed)
     families = families_of(source, objective, draw)
@@ -99,8 +100,16 @@ def test_active_cones_all_cones_and_clarabel_agree(seed: int, draw: dict[str, fl
     full = solve_round(objective, families, source.vertices, FULL)
     independent = by_clarabel(objective, families)
 
-    np.testing.assert_allclose(active.positions, independent, atol=1e-5)
-    np.testing.assert_allclose(full.positions, independent, atol=1e-5)
+    np.testing.assert_allclose(active.positions, full.positions, atol=1e-6)
+    # An interior point ends up to 2e-5 short where a request leaves next to no interior:
+    # there ours, which both methods find, has to be the lower of the two.
+    np.testing.assert_allclose(full.positions, independent, atol=5e-5)
+    assert value(objective, full.positions) <= value(objective, independent) + 1e-8
+
+
+def value(objective: SurfaceObjective, positions: np.ndarray) -> float:
+    x = positions.ravel()
+    return float(0.5 * x @ objective.apply(x) + objective.linear @ x)
 
 
 @settings(max_examples=15, deadline=None)
