@@ -15,12 +15,14 @@ def children_of(pid: int) -> list[int]:
 
 
 def has_ended(pid: int) -> bool:
-    """Whether a process is gone, or dead and only not yet waited for."""
+    """Whether a process is gone, or dead with all its threads and only not yet waited for."""
     try:
         status = Path(f"/proc/{pid}/stat").read_text()
+        threads = len(list(Path(f"/proc/{pid}/task").iterdir()))
     except (FileNotFoundError, ProcessLookupError):
         return True
-    return status.rpartition(")")[2].split()[0] == "Z"
+    # The first thread can be dead before the others; its parent learns of it after the last.
+    return status.rpartition(")")[2].split()[0] == "Z" and threads <= 1
 
 
 def horses_of(worker: int) -> list[int]:
