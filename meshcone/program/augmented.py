@@ -23,18 +23,18 @@ from meshcone.program.conic import Constraints
 from meshcone.program.projection import project_dual, projection_derivative
 from meshcone.program.relaxation import PreconditionedObjective, preconditioner
 from meshcone.program.scs_solver import PrimalDual
-from meshcone.program.vertex_blocks import VertexBlocks
+from meshcone.program.vertex_blocks import CongruenceBlocks
 from meshcone.surface.arrays import Floats
 
 _OUTER_LIMIT = 40
 _NEWTON_LIMIT = 30
 _CG_LIMIT = 400
 _FIRST_PENALTY = 3.0  # in units of the mean diagonal of P
-_PENALTY_GROWTH = 5.0
+_PENALTY_GROWTH = 2.5
 _LARGEST_PENALTY = 1e6
 _LOOSEST_INNER_TOLERANCE = 1e-3
 _INNER_TOLERANCE_FACTOR = 0.1
-_FORCING = 0.03  # CG stops at this share of the gradient: early steps need no better
+_FORCING = 0.2  # CG stops at this share of the gradient: early steps need no better
 # A step may end where φ rises by this share of the slope it began to fall with, or where
 # it still falls by that one.
 _OVERSHOOT, _UNDERSHOOT = 0.1, 0.5
@@ -115,10 +115,12 @@ class _State:
         self.x, self.y = x, y
         self.slack = np.zeros_like(y)
         self.blocks = objective.diagonal_blocks()
-        self._objective, self._c = objective, objective.linear
+        self._product, self._c = objective.product(), objective.linear
         self._A, self._b = constraints.A.tocsr(), constraints.b
         self._At = sparse.csr_array(constraints.A.T)
         self._cones = constraints.selections
+        pattern = projection_derivative(np.zeros_like(y), self._cones)
+        self._curved_blocks = CongruenceBlocks(self._A, pattern)
 
     def solution(self) -> PrimalDual:
         return PrimalDual(self.x, self.y, self.slack)
@@ -158,23 +160,23 @@ class _State:
 
     def _gradient(self, y: Floats) -> tuple[Floats, Floats, float]:
         """Return P x + c, Aᵀy, and the largest entry of P x, c and Aᵀy."""
-        Px, Aty = self._objective.apply(self.x), self._At @ y
+        Px, Aty = self._product(self.x), self._At @ y
         return Px + self._c, Aty, max(_largest(Px), _largest(self._c), _largest(Aty))
 
     def _newton_direction(self, shifted: Floats, gradient: Floats, penalty: float) -> Floats:
-        derivative = projection_derivative(shifted, self._cones)
-        curved = sparse.csr_array(penalty * (self._At @ derivative @ self._A))
+        derivative = penalty * projection_derivative(shifted, self._cones)
         size = len(self.x)
 
         def hessian(d: Floats) -> Floats:
-            return np.asarray(self._objective.apply(d) + curved @ d)
+            curved = self._At @ (derivative @ (self._A @ d))
+            return np.asarray(self._product(d) + curved)
 
         direction, _ = cg(
             LinearOperator((size, size), matvec=hessian, dtype=np.float64),
             -gradient,
             rtol=_FORCING,
             maxiter=_CG_LIMIT,
-            M=preconditioner(self.blocks + VertexBlocks.diagonal_of(curved)),
+            M=preconditioner(self.blocks + self._curved_blocks.of(derivative)),
         )
         return np.asarray(direction)
 
@@ -193,7 +195,7 @@ class _State:
             penalty: ρ.
         """
         along = self._A @ direction
-        curvature = float(direction @ self._objective.apply(direction))
+        curvature = float(direction @ self._product(direction))
         linear = float(direction @ smooth)
 
         def slope(length: float) -> float:

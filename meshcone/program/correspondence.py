@@ -12,7 +12,8 @@ import numpy as np
 from scipy import sparse
 
 from meshcone.options import SurfaceOptions
-from meshcone.program.surface_objective import PlanePull, SurfaceObjective, SurfacePoints
+from meshcone.program.pulls import PlanePull, SurfacePoints
+from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import ClosestPoints, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, row_dot
 from meshcone.surface.closest import barycentric_weights
@@ -94,7 +95,7 @@ class SourceStructure:
         """
         count, edges = len(source.vertices), source.edges
         degree = np.maximum(np.bincount(edges.ravel(), minlength=count), 1)
-        ends = np.concatenate([edges, edges[:, ::-1]])
+        ends = np.concatenate([edges, edges[:, ::-1]]).astype(np.int32)
         adjacency = sparse.coo_array(
             (np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)
         ).tocsr()

@@ -72,8 +72,16 @@ def projection_derivative(at: Floats, blocks: Sequence[ConeRows]) -> sparse.csr_
         at: (m,) the point it is taken at.
         blocks: the rows' cones.
     """
-    parts = [_block_diagonal(_derivative(cone, part)) for cone, part in split(at, blocks)]
-    return sparse.csr_array(sparse.block_diag(parts, format="csr"))
+    entries, columns, lengths, row = [], [], [], 0
+    for cone, part in split(at, blocks):
+        places = row + np.arange(part.size).reshape(part.shape)
+        entries.append(_derivative(cone, part).ravel())
+        columns.append(np.repeat(places, part.shape[1], axis=0).ravel())
+        lengths.append(np.full(part.size, part.shape[1]))
+        row += part.size
+    offsets = np.concatenate([[0], np.cumsum(np.concatenate(lengths))])
+    data = (np.concatenate(entries), np.concatenate(columns), offsets)
+    return sparse.csr_array(data, shape=(row, row))
 
 
 def _derivative(cone: ConeType, at: Floats) -> Floats:
@@ -92,13 +100,6 @@ def _derivative(cone: ConeType, at: Floats) -> Floats:
     result *= np.where(between, 0.5, 0)[:, None, None]
     result[inside] = np.eye(at.shape[1])
     return result
-
-
-def _block_diagonal(blocks: Floats) -> sparse.bsr_array:
-    count, dimension = blocks.shape[:2]
-    places = np.arange(count + 1)
-    shape = (count * dimension, count * dimension)
-    return sparse.bsr_array((blocks, places[:-1], places), shape=shape)
 
 
 def _second_order_regions(at: Floats) -> tuple[Floats, Floats, Floats, Floats]:

@@ -6,6 +6,7 @@ where the conic solver starts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -25,6 +26,9 @@ class PreconditionedObjective(QuadraticObjective, Protocol):
 
     def diagonal_blocks(self) -> VertexBlocks:
         """Return the 3×3 blocks of P that couple each vertex with itself."""
+
+    def product(self) -> Callable[[Floats], Floats]:
+        """Return x ↦ P x as a function worth its preparation when it is called dozens of times."""
 
 
 def solve_relaxation(

@@ -9,7 +9,7 @@ import numpy as np
 from meshcone.errors import InputError
 from meshcone.options import ConeOptions, EdgeCapOptions
 from meshcone.program.cones import ConeFamily, DisplacementCaps, EdgeCaps, Pins, ToleranceBand
-from meshcone.program.surface_objective import PlanePull
+from meshcone.program.pulls import PlanePull
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints
 

@@ -12,86 +12,20 @@ chosen between rounds, which is what keeps each round convex.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.vertex_blocks import VertexBlocks
-from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.arrays import Floats
 
-
-@dataclass(frozen=True)
-class PlanePull:
-    """Weighted squared distances of k points to k planes through target points.
-
-    Attributes:
-        weights: (k,) w ≥ 0.
-        normals: (k, 3) unit plane normals.
-        targets: (k, 3) points on the planes.
-        tangential: τ, the weight of the distance within the plane.
-    """
-
-    weights: Floats
-    normals: Floats
-    targets: Floats
-    tangential: float
-
-    @cached_property
-    def _weighted_normals(self) -> Floats:
-        return self.weights[:, None] * self.normals
-
-    @cached_property
-    def _weighted_tangential(self) -> Floats:
-        return self.tangential * self.weights[:, None]
-
-    def apply(self, points: Floats) -> Floats:
-        """Apply w (n nᵀ + τ I) to each of (k, 3) points."""
-        result = self._weighted_tangential * points
-        result += self._weighted_normals * row_dot(self.normals, points)[:, None]
-        return result
-
-    @property
-    def blocks(self) -> VertexBlocks:
-        """The matrices w (n nᵀ + τ I), k of them."""
-        return VertexBlocks.of_planes(self.weights, self.normals, self.tangential)
-
-    @property
-    def value_at_zero(self) -> float:
-        """The pull's value when every point is at the origin."""
-        along = row_dot(self.normals, self.targets) ** 2
-        return float(
-            np.sum(self.weights * (along + self.tangential * np.sum(self.targets**2, axis=1)))
-        )
-
-
-@dataclass(frozen=True)
-class SurfacePoints:
-    """Points carried by a moving mesh, fixed in barycentric coordinates.
-
-    Attributes:
-        corners: (k, 3) vertex indices of the face each point lies on.
-        weights: (k, 3) barycentric coordinates.
-        vertex_count: n.
-    """
-
-    corners: Ints
-    weights: Floats
-    vertex_count: int
-
-    @cached_property
-    def gather(self) -> sparse.csr_array:
-        """B of shape (k, n): positions to points."""
-        count = len(self.corners)
-        offsets = np.arange(0, 3 * count + 1, 3)
-        data = (self.weights.ravel(), self.corners.ravel(), offsets)
-        return sparse.csr_array(data, shape=(count, self.vertex_count))
-
-    @cached_property
-    def scatter(self) -> sparse.csr_array:
-        """Bᵀ of shape (n, k)."""
-        return self.gather.T.tocsr()
+# A matrix of more vertices' blocks does not stay in the cache: reading it then takes as long
+# as doing without it.
+_ASSEMBLED_UP_TO = 20_000
 
 
 @dataclass(frozen=True)
@@ -162,32 +96,37 @@ class SurfaceObjective:
 
     def matrix(self) -> sparse.csc_array:
         """Return P, (3n, 3n)."""
+        fairness = sparse.kron(self._fairness_transposed @ self.laplacian, sparse.eye_array(3))
+        return sparse.csc_array(2 * (self._data_blocks().tocsr() + fairness))
+
+    def product(self) -> Callable[[Floats], Floats]:
+        """Return x ↦ P x as a function worth its preparation when it is called dozens of times."""
+        if len(self.previous) > _ASSEMBLED_UP_TO:
+            return self.apply
+        data = self._data_blocks()
+
+        def apply(x: Floats) -> Floats:
+            smoothed = self._fairness_transposed @ (self.laplacian @ x.reshape(-1, 3))
+            return np.asarray(2 * (data @ x + smoothed.ravel()))
+
+        return apply
+
+    def _data_blocks(self) -> sparse.bsr_array:
+        """Return ½ P without the fairness, whose 3×3 blocks couple the corners of faces.
+
+        Written as RᵀR, where R has a block for every vertex a pull acts on.
+        """
         count = len(self.previous)
-        forward = self.forward
-        isotropic = (
-            sparse.diags_array(forward.weights * forward.tangential + self.proximity)
-            + self._fairness_transposed @ self.laplacian
-        )
-        normal = _normal_rows(forward, np.arange(count)[:, None], np.ones((count, 1)), count)
-        quadratic = normal.T @ normal
+        places, roots = [np.arange(count)], [self.forward.roots(self.proximity)]
+        lengths = [np.ones(count, dtype=np.int64)]
         if self.backward is not None and self.carried is not None:
-            backward, carried = self.backward, self.carried
-            weights = sparse.diags_array(backward.weights * backward.tangential)
-            isotropic = isotropic + carried.scatter @ weights @ carried.gather
-            rows = _normal_rows(backward, carried.corners, carried.weights, count)
-            quadratic = quadratic + rows.T @ rows
-        doubled = 2 * (quadratic + sparse.kron(isotropic, sparse.eye_array(3)))
-        return sparse.csc_array(doubled)
-
-
-def _normal_rows(
-    pull: PlanePull, vertices: Ints, weights: Floats, vertex_count: int
-) -> sparse.csr_array:
-    """Write rows √w n·(Σ_v weight_v x_v) over the 3n coordinates."""
-    scaled = np.sqrt(pull.weights)[:, None] * pull.normals
-    values = weights[:, :, None] * scaled[:, None, :]
-    columns = 3 * vertices[:, :, None] + np.arange(3)
-    per_row = 3 * vertices.shape[1]
-    offsets = np.arange(0, per_row * len(vertices) + 1, per_row)
-    data = (values.ravel(), columns.ravel(), offsets)
-    return sparse.csr_array(data, shape=(len(vertices), 3 * vertex_count))
+            carried = self.carried
+            shares = carried.weights[:, :, None, None] * self.backward.roots()[:, None]
+            places.append(carried.corners.ravel())
+            roots.append(shares.reshape(-1, 3, 3))
+            lengths.append(np.full(len(carried.corners), 3))
+        offsets = np.concatenate([[0], np.cumsum(np.concatenate(lengths))]).astype(np.int32)
+        data = (np.concatenate(roots), np.concatenate(places).astype(np.int32), offsets)
+        shape = (3 * (len(offsets) - 1), 3 * count)
+        factor = sparse.bsr_array(data, shape=shape)
+        return sparse.bsr_array(factor.T @ factor)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
-from meshcone.program.vertex_blocks import VertexBlocks
+from meshcone.program.vertex_blocks import CongruenceBlocks, VertexBlocks
 
 
 def some_blocks(count: int = 7) -> VertexBlocks:
@@ -33,3 +34,17 @@ def test_sums_and_multiples_are_those_of_the_matrices():
     total = (blocks + blocks.scaled(2)).plus_isotropic(np.ones(7))
 
     np.testing.assert_allclose(total.full(), 3 * blocks.full() + np.eye(3))
+
+
+def test_the_blocks_of_a_congruence_are_those_on_its_diagonal():
+    draw = np.random.default_rng(1)
+    A = sparse.random_array((20, 12), density=0.2, rng=draw, format="csr")
+    pattern = sparse.random_array((20, 20), density=0.3, rng=draw, format="csr")
+    pattern = sparse.csr_array(pattern + pattern.T)
+
+    blocks = CongruenceBlocks(A, pattern).of(pattern).full()
+
+    whole = (A.T @ pattern @ A).toarray()
+    for vertex, block in enumerate(blocks):
+        here = slice(3 * vertex, 3 * vertex + 3)
+        np.testing.assert_allclose(block, whole[here, here], atol=1e-12)

@@ -1,0 +1,93 @@
+"""Points pulled to planes, and points that a mesh carries along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from meshcone.program.vertex_blocks import VertexBlocks
+from meshcone.surface.arrays import Floats, Ints, row_dot
+
+
+@dataclass(frozen=True)
+class PlanePull:
+    """Weighted squared distances of k points to k planes through target points.
+
+    Attributes:
+        weights: (k,) w ≥ 0.
+        normals: (k, 3) unit plane normals.
+        targets: (k, 3) points on the planes.
+        tangential: τ, the weight of the distance within the plane.
+    """
+
+    weights: Floats
+    normals: Floats
+    targets: Floats
+    tangential: float
+
+    @cached_property
+    def _weighted_normals(self) -> Floats:
+        return self.weights[:, None] * self.normals
+
+    @cached_property
+    def _weighted_tangential(self) -> Floats:
+        return self.tangential * self.weights[:, None]
+
+    def apply(self, points: Floats) -> Floats:
+        """Apply w (n nᵀ + τ I) to each of (k, 3) points."""
+        result = self._weighted_tangential * points
+        result += self._weighted_normals * row_dot(self.normals, points)[:, None]
+        return result
+
+    @property
+    def blocks(self) -> VertexBlocks:
+        """The matrices w (n nᵀ + τ I), k of them."""
+        return VertexBlocks.of_planes(self.weights, self.normals, self.tangential)
+
+    def roots(self, added: float = 0.0) -> Floats:
+        """Return (k, 3, 3) symmetric S with S S = w (n nᵀ + τ I) + added I, n being a unit."""
+        across = np.sqrt(self.weights * self.tangential + added)
+        along = np.sqrt(self.weights * (1 + self.tangential) + added)
+        outer = self.normals[:, :, None] * self.normals[:, None, :]
+        return np.asarray((along - across)[:, None, None] * outer) + (
+            across[:, None, None] * np.eye(3)
+        )
+
+    @property
+    def value_at_zero(self) -> float:
+        """The pull's value when every point is at the origin."""
+        along = row_dot(self.normals, self.targets) ** 2
+        return float(
+            np.sum(self.weights * (along + self.tangential * np.sum(self.targets**2, axis=1)))
+        )
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Points carried by a moving mesh, fixed in barycentric coordinates.
+
+    Attributes:
+        corners: (k, 3) vertex indices of the face each point lies on.
+        weights: (k, 3) barycentric coordinates.
+        vertex_count: n.
+    """
+
+    corners: Ints
+    weights: Floats
+    vertex_count: int
+
+    @cached_property
+    def gather(self) -> sparse.csr_array:
+        """B of shape (k, n): positions to points."""
+        count = len(self.corners)
+        offsets = np.arange(0, 3 * count + 1, 3, dtype=np.int32)
+        data = (self.weights.ravel(), self.corners.ravel().astype(np.int32), offsets)
+        return sparse.csr_array(data, shape=(count, self.vertex_count))
+
+    @cached_property
+    def scatter(self) -> sparse.csr_array:
+        """Bᵀ of shape (n, k)."""
+        return self.gather.T.tocsr()
