@@ -19,7 +19,7 @@ from meshcone.program.cones import ConeFamily, cone_violation
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.diagnostics import Residuals
 from meshcone.program.multipliers import Multipliers
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_lengths
 
 
 def residuals(
@@ -60,7 +60,7 @@ def residuals(
 def _distance_to_bound(entry: Multipliers, positions: Floats) -> Floats:
     """Return |yᵀs|/‖y‖ of each cone, (j,); a sum over all cones would let many hide one."""
     slack = entry.family.slack(positions)[entry.which]
-    norms = np.maximum(np.linalg.norm(entry.values, axis=1), 1e-300)
+    norms = np.maximum(row_lengths(entry.values), 1e-300)
     return np.asarray(np.abs(np.sum(slack * entry.values, axis=1)) / norms)
 
 

@@ -156,7 +156,7 @@ def round_objective(
         options: weights and schedule.
     """
     closest = structure.closest_points(moving, reference)
-    normals = reference.tree.mesh.face_normals[closest.faces]
+    normals = reference.tree.mesh.face_normals.take(closest.faces, axis=0)
     agreement = structure.orientation * row_dot(moving.vertex_normals, normals)
     opposed = agreement < (_FIRST_ROUND_OPPOSITION if round_index == 0 else 0)
     forward = PlanePull(
@@ -190,20 +190,20 @@ def _reverse_term(
 ) -> tuple[PlanePull, SurfacePoints]:
     on_source = SurfaceTree(moving).closest(reference.points)
     facing = structure.orientation * row_dot(
-        moving.face_normals[on_source.faces], reference.normals
+        moving.face_normals.take(on_source.faces, axis=0), reference.normals
     )
     counted = np.flatnonzero((facing > 0) & (on_source.distances < reach))
-    faces = on_source.faces[counted]
+    faces = on_source.faces.take(counted)
     weight = options.reverse * len(moving.vertices) / len(reference.points)
     pull = PlanePull(
         weights=np.full(len(counted), weight),
-        normals=reference.normals[counted],
-        targets=reference.points[counted],
+        normals=reference.normals.take(counted, axis=0),
+        targets=reference.points.take(counted, axis=0),
         tangential=options.tangential,
     )
     carried = SurfacePoints(
-        corners=moving.faces[faces],
-        weights=barycentric_weights(on_source.points[counted], moving, faces),
+        corners=moving.faces.take(faces, axis=0),
+        weights=barycentric_weights(on_source.points.take(counted, axis=0), moving, faces),
         vertex_count=len(moving.vertices),
     )
     return pull, carried

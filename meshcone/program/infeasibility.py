@@ -13,7 +13,7 @@ import numpy as np
 
 from meshcone.errors import InfeasibleError
 from meshcone.program.conic import ConicProgram
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_lengths
 
 # Cones with less than this share of the largest weight are the certificate's rounding.
 _WEIGHT_SHARE = 0.05
@@ -56,7 +56,7 @@ def read_conflicts(program: ConicProgram, certificate: Floats) -> tuple[Conflict
         family = selection.family
         block = certificate[row : row + selection.size].reshape(-1, family.dimension)
         row += selection.size
-        weights = np.linalg.norm(block, axis=1)
+        weights = row_lengths(block)
         heavy = np.flatnonzero(weights > _WEIGHT_SHARE * largest)
         if not len(heavy):
             continue

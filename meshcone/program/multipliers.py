@@ -10,7 +10,7 @@ import numpy as np
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import Selection
 from meshcone.program.projection import project_dual
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_lengths
 
 _ROUNDING = 1e-9
 # A multiplier below this share of the largest is the solver's rounding.
@@ -64,7 +64,7 @@ def unflatten(
     for selection in selections:
         values = y[row : row + selection.size].reshape(-1, selection.family.dimension)
         row += selection.size
-        nonzero = np.flatnonzero(np.linalg.norm(values, axis=1) > zero)
+        nonzero = np.flatnonzero(row_lengths(values) > zero)
         if len(nonzero):
             found.append(
                 Multipliers(selection.family, selection.which[nonzero], values[nonzero].copy())
@@ -79,6 +79,6 @@ def active_cones(
     largest = max((float(np.abs(entry.values).max()) for entry in multipliers), default=0.0)
     active = {family.kind: 0 for family in families}
     for entry in multipliers:
-        norms = np.linalg.norm(entry.values, axis=1)
+        norms = row_lengths(entry.values)
         active[entry.family.kind] += int(np.count_nonzero(norms > _ACTIVE_SHARE * largest))
     return active

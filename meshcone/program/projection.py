@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from meshcone.program.cones import ConeType
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Bools, Floats, row_lengths
 
 
 class _Family(Protocol):
@@ -58,7 +58,7 @@ def _project(cone: ConeType, part: Floats) -> Floats:
     if cone == "linear":
         return np.maximum(part, 0)
     tip, rest = part[:, 0], part[:, 1:]
-    length = np.linalg.norm(rest, axis=1)
+    length = row_lengths(rest)
     scale = np.maximum((tip + length) / 2, 0)
     direction = rest / np.maximum(length, 1e-300)[:, None]
     outside = np.concatenate([scale[:, None], scale[:, None] * direction], axis=1)
@@ -102,9 +102,9 @@ def _derivative(cone: ConeType, at: Floats) -> Floats:
     return result
 
 
-def _second_order_regions(at: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _second_order_regions(at: Floats) -> tuple[Bools, Bools, Floats, Floats]:
     tip, rest = at[:, 0], at[:, 1:]
-    length = np.linalg.norm(rest, axis=1)
+    length = row_lengths(rest)
     inside = length <= tip
     between = ~inside & (length > -tip)
     safe = np.maximum(length, 1e-300)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from meshcone.program.multipliers import Multipliers
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 
 def vertex_tension(multipliers: Sequence[Multipliers], vertex_count: int) -> Floats:
@@ -22,7 +22,7 @@ def vertex_tension(multipliers: Sequence[Multipliers], vertex_count: int) -> Flo
     """
     tension = np.zeros(vertex_count)
     for entry in multipliers:
-        strength = np.linalg.norm(entry.values, axis=1)
+        strength = row_lengths(entry.values)
         touched = entry.family.vertices[entry.which]
         np.add.at(tension, touched.ravel(), np.repeat(strength, touched.shape[1]))
     return tension

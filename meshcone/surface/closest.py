@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_dot
 from meshcone.surface.mesh import Mesh
 
 
@@ -50,14 +50,10 @@ def barycentric_weights(points: Floats, mesh: Mesh, faces: Ints) -> Floats:
     Coordinates are clipped to the triangle and sum to one; a face without area gives
     its corners equal weight.
     """
-    corners = mesh.vertices[mesh.faces[faces]]
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    offset = points - corners[:, 0]
-    d00 = np.einsum("ij,ij->i", first, first)
-    d01 = np.einsum("ij,ij->i", first, second)
-    d11 = np.einsum("ij,ij->i", second, second)
-    d20 = np.einsum("ij,ij->i", offset, first)
-    d21 = np.einsum("ij,ij->i", offset, second)
+    a, b, c = (mesh.vertices.take(corner, axis=0) for corner in mesh.faces.take(faces, axis=0).T)
+    first, second, offset = b - a, c - a, points - a
+    d00, d01, d11 = row_dot(first, first), row_dot(first, second), row_dot(second, second)
+    d20, d21 = row_dot(offset, first), row_dot(offset, second)
     determinant = d00 * d11 - d01 * d01
     flat = determinant <= 1e-14 * d00 * d11
     safe = np.where(flat, 1.0, determinant)

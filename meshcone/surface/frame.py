@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from meshcone.errors import InputError
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.surface.mesh import Mesh
 
 
@@ -35,7 +33,7 @@ class Frame:
         """
         used = reference.vertices[reference.used_vertices]
         centre = (used.min(axis=0) + used.max(axis=0)) / 2
-        radius = float(np.linalg.norm(used - centre, axis=1).max())
+        radius = float(row_lengths(used - centre).max())
         if not radius > 0:
             raise InputError("the reference has no extent: all of its vertices coincide")
         return Frame(centre, radius)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from meshcone.surface.arrays import Floats, Ints, normalized
+from meshcone.surface.arrays import Floats, Ints, differences, normalized, row_lengths
 
 
 @dataclass(frozen=True)
@@ -52,24 +52,28 @@ class Mesh:
     @cached_property
     def edge_lengths(self) -> Floats:
         """Length of each edge, (e,)."""
-        ends = self.vertices[self.edges]
-        return np.asarray(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
+        return row_lengths(differences(self.vertices, self.edges))
 
     @cached_property
     def corners(self) -> Floats:
         """Corner positions of each face, (m, 3, 3)."""
-        return self.vertices[self.faces]
+        return self.vertices.take(self.faces, axis=0)
 
     @cached_property
     def doubled_area_vectors(self) -> Floats:
         """Face normals scaled by twice the face's area, (m, 3)."""
-        corners = self.corners
-        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        i, j, k = np.ascontiguousarray(self.faces.T)
+        sides = []
+        for coordinate in np.ascontiguousarray(self.vertices.T):  # a third of np.cross's time
+            first = coordinate.take(i)
+            sides.append((coordinate.take(j) - first, coordinate.take(k) - first))
+        (ax, bx), (ay, by), (az, bz) = sides
+        return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
     @cached_property
     def face_areas(self) -> Floats:
         """Area of each face, (m,)."""
-        return np.asarray(np.linalg.norm(self.doubled_area_vectors, axis=1) / 2)
+        return row_lengths(self.doubled_area_vectors) / 2
 
     @cached_property
     def face_normals(self) -> Floats:

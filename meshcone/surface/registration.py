@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.surface.closest import SurfaceTree
 from meshcone.surface.mesh import Mesh
 from meshcone.surface.sampling import sample_surface
@@ -60,7 +60,7 @@ class Matches:
     @cached_property
     def distances(self) -> Floats:
         """Distances of the matches by direction, (2, k)."""
-        apart = np.linalg.norm(self.points - self.targets, axis=1)
+        apart = row_lengths(self.points - self.targets)
         return np.asarray(apart.reshape(2, -1))
 
     def rms(self) -> float:

@@ -14,7 +14,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from scipy import sparse
 
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_lengths
 
 ConeType = Literal["zero", "linear", "second_order"]
 
@@ -67,7 +67,7 @@ class ConeFamily(abc.ABC):
         slack = self.slack(positions)
         if self.cone == "second_order":
             bounds = np.maximum(slack[:, 0], 1e-300)
-            return np.asarray(np.linalg.norm(slack[:, 1:], axis=1) / bounds - 1)
+            return np.asarray(row_lengths(slack[:, 1:]) / bounds - 1)
         if self.cone == "linear":
             scale = np.maximum(np.abs(slack).mean(axis=1), 1e-300)
             return np.asarray(-slack.min(axis=1) / scale)
@@ -83,7 +83,7 @@ def cone_violation(cone: ConeType, slack: Floats) -> Floats:
         return np.asarray(np.abs(slack).max(axis=1, initial=0.0))
     if cone == "linear":
         return np.asarray(np.maximum(-slack, 0).max(axis=1, initial=0.0))
-    return np.asarray(np.maximum(np.linalg.norm(slack[:, 1:], axis=1) - slack[:, 0], 0))
+    return np.asarray(np.maximum(row_lengths(slack[:, 1:]) - slack[:, 0], 0))
 
 
 def coordinate_rows(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from meshcone.program.cones.base import ConeFamily, ConeType
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, differences, row_lengths
 from meshcone.surface.mesh import Mesh
 
 
@@ -48,8 +48,12 @@ class EdgeCaps(ConeFamily):
 
     def slack(self, positions: Floats) -> Floats:
         """See :meth:`ConeFamily.slack`."""
-        difference = positions[self.vertices[:, 0]] - positions[self.vertices[:, 1]]
-        return np.concatenate([self.caps[:, None], difference], axis=1)
+        return np.concatenate([self.caps[:, None], differences(positions, self.vertices)], axis=1)
+
+    def violation(self, positions: Floats) -> Floats:
+        """See :meth:`ConeFamily.violation`; every round asks it of every edge."""
+        excess = row_lengths(differences(positions, self.vertices)) - self.caps
+        return np.asarray(np.maximum(excess, 0))
 
     def rows(self, which: Ints, vertex_count: int) -> tuple[sparse.csr_array, Floats]:
         """See :meth:`ConeFamily.rows`."""
