@@ -6,13 +6,14 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-# Each is read by one library when it is loaded; libigl reads the last.
-_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS")
+# Each is read by one library when it is loaded. The product keeps these at one thread, where
+# vectors are too short to share, and leaves libigl's queries every processor there is.
+_SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def thread_environment(count: int) -> dict[str, str]:
-    """This process's environment, with so many threads in every numerical library."""
-    return os.environ | dict.fromkeys(_VARIABLES, str(count))
+    """This process's environment, with so many threads in what the product lets have several."""
+    return os.environ | dict.fromkeys(_SINGLE, "1") | {"IGL_NUM_THREADS": str(count)}
 
 
 def limit_threads(count: int) -> None:

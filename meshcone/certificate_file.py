@@ -48,6 +48,10 @@ class CertificateDocument(BaseModel):
     source_sha256: str
     reference_sha256: str
     refined_sha256: str
+    source_resources: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each file that was sent with the source"
+    )
+    reference_resources: dict[str, str] = Field(default_factory=dict)
     candidate: str = Field(description="name of the settings that were kept")
     round_index: int = Field(ge=0, description="the last round, counted from 0")
     alignment: Matrix | None = Field(

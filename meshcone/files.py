@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -19,3 +20,14 @@ class MeshFile:
     name: str
     data: bytes
     resources: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the bytes, in hexadecimal."""
+        return hashlib.sha256(self.data).hexdigest()
+
+    def resource_hashes(self) -> dict[str, str]:
+        """SHA-256 of each resource by its name, in the names' order."""
+        return {
+            name: hashlib.sha256(data).hexdigest() for name, data in sorted(self.resources.items())
+        }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -200,7 +199,8 @@ def _describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
     return InputRecord(
         name=asset.name,
         format=asset.format,
-        sha256=hashlib.sha256(file.data).hexdigest(),
+        sha256=file.sha256,
+        resources=file.resource_hashes(),
         bytes=len(file.data),
         vertices=counts.vertices,
         welded_vertices=counts.welded_vertices,

@@ -188,9 +188,11 @@ def _certificate(
         return None
     document = CertificateDocument(
         version=version("meshcone"),
-        source_sha256=hashlib.sha256(pair.source_file.data).hexdigest(),
-        reference_sha256=hashlib.sha256(pair.reference_file.data).hexdigest(),
+        source_sha256=pair.source_file.sha256,
+        reference_sha256=pair.reference_file.sha256,
         refined_sha256=written.record.sha256,
+        source_resources=pair.source_file.resource_hashes(),
+        reference_resources=pair.reference_file.resource_hashes(),
         candidate=solved.candidate,
         round_index=solved.final.round_index,
         alignment=None if pair.alignment is None else pair.alignment.matrix.tolist(),

@@ -27,6 +27,9 @@ class InputRecord(_Record):
     name: str
     format: str
     sha256: str
+    resources: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each file that was sent with it, by name"
+    )
     bytes: int
     vertices: int = Field(description="as the file stores them, split at seams")
     welded_vertices: int = Field(description="distinct positions some face uses")

@@ -8,7 +8,6 @@ it does not, is in ``docs/certificate.md``.
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +103,8 @@ def verify(
         _identity("source file", source, inputs.source.sha256, document.source_sha256),
         _identity("reference file", reference, inputs.reference.sha256, document.reference_sha256),
         _identity("refined file", refined, report.output.sha256, document.refined_sha256),
+        *_resources(source, inputs.source.resources, document.source_resources),
+        *_resources(reference, inputs.reference.resources, document.reference_resources),
         _same("version", report.version == document.version),
         _same("options", report.options == document.options),
         _same("alignment", _stated_alignment(report) == document.alignment),
@@ -183,10 +184,28 @@ def _rebuild(
 
 
 def _identity(name: str, file: MeshFile, in_report: str, in_certificate: str) -> Check:
-    found = hashlib.sha256(file.data).hexdigest()
+    return _hashed(name, file.name, file.sha256, in_report, in_certificate)
+
+
+def _resources(
+    file: MeshFile, in_report: dict[str, str], in_certificate: dict[str, str]
+) -> list[Check]:
+    """Compare the files that came with a mesh, as far as they are here.
+
+    One that is needed and missing is noticed in reading; a texture nobody kept is no fault.
+    """
+    found = file.resource_hashes()
+    return [
+        _hashed("resource", name, found[name], stated, in_certificate.get(name))
+        for name, stated in in_report.items()
+        if name in found
+    ]
+
+
+def _hashed(name: str, file: str, found: str, in_report: str, in_certificate: str | None) -> Check:
     ok = found == in_report == in_certificate
     hash_of = "the hash" if ok else "another hash than"
-    return Check(name, ok, f"{file.name} has {hash_of} report and certificate state")
+    return Check(name, ok, f"{file} has {hash_of} report and certificate state")
 
 
 def _same(name: str, ok: bool) -> Check:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
@@ -151,6 +152,34 @@ def test_another_source_fails_the_mathematics(capped: Evidence) -> None:
     assert "source file" in swapped.failed()
     assert swapped.with_forged_hashes().failed() & OPTIMALITY
     assert not swapped.with_forged_hashes().failed() & HASHES
+
+
+def test_a_buffer_with_other_bytes_fails() -> None:
+    source = with_its_buffer_apart(rough())
+    evidence = Evidence.of(source, smooth(), {"effort": "fast"})
+    name, data = next(iter(source.resources.items()))
+    resources = {**source.resources, name: data + bytes(4)}
+    longer = replace(evidence, source=replace(source, resources=resources))
+
+    assert evidence.failed() == set()
+    assert longer.failed() == {"resource"}
+
+
+def test_a_texture_that_was_not_kept_is_no_fault() -> None:
+    source = with_its_buffer_apart(rough())
+    painted = replace(source, resources={**source.resources, "paint.png": b"\x89PNG"})
+    evidence = Evidence.of(painted, smooth(), {"effort": "fast"})
+
+    assert "paint.png" in evidence.report.inputs.source.resources
+    assert replace(evidence, source=source).failed() == set()
+
+
+def with_its_buffer_apart(mesh: MeshFile) -> MeshFile:
+    asset = read_asset(mesh.name, mesh.data)
+    plain = trimesh.Trimesh(asset.vertices, asset.faces, process=False)
+    files = plain.export(file_type="gltf", include_normals=False)
+    resources = {name: data for name, data in files.items() if name.endswith(".bin")}
+    return MeshFile("apart.gltf", files["model.gltf"], resources)
 
 
 def test_a_source_of_another_size_fails(capped: Evidence) -> None:
