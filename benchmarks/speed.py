@@ -96,7 +96,7 @@ def print_speed(results: dict[str, Any], console: Console) -> None:
     table = Table(title="a bumpy torus with noise, refined against itself")
     for title in ("method", "asked"):
         table.add_column(title)
-    for title in ("threads", "vertices", "active", "s", "cpu s", "peak MiB", "p2s", "normals"):
+    for title in ("processors", "vertices", "active", "s", "cpu s", "peak MiB", "p2s", "normals"):
         table.add_column(title, justify="right")
     table.add_column("objective, violation")
     rows: Sequence[dict[str, Any]] = results["rows"]
@@ -107,7 +107,7 @@ def print_speed(results: dict[str, Any], console: Console) -> None:
     if fit:
         console.print(
             f"seconds grow as (n log n)^{fit['exponent']:.2f} over {fit['sizes']} sizes, "
-            "one thread, nothing asked for"
+            "one processor, nothing asked for"
         )
 
 
