@@ -64,15 +64,16 @@ def overlapping_pairs(low: Floats, high: Floats, most: int) -> Iterator[tuple[In
 
 
 def _levels(low: Floats, high: Floats) -> list[tuple[Floats, Floats]]:
-    """Boxes of the nodes of each level, from the root's down to the leaves."""
+    """Boxes (3, nodes) of each level, from the root's down to the leaves."""
     missing = (1 << (len(low) - 1).bit_length()) - len(low)
     # Boxes that overlap nothing fill the last level up to a power of two.
     low = np.concatenate([low, np.full((missing, 3), np.inf)])
     high = np.concatenate([high, np.full((missing, 3), -np.inf)])
+    low, high = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
     levels = [(low, high)]
-    while len(low) > 1:
-        low = low.reshape(-1, 2, 3).min(axis=1)
-        high = high.reshape(-1, 2, 3).max(axis=1)
+    while low.shape[1] > 1:
+        low = np.minimum(low[:, ::2], low[:, 1::2])
+        high = np.maximum(high[:, ::2], high[:, 1::2])
         levels.append((low, high))
     return levels[::-1]
 
@@ -86,9 +87,8 @@ def _children(first: Ints, second: Ints) -> tuple[Ints, Ints]:
 
 
 def _overlapping(boxes: tuple[Floats, Floats], first: Ints, second: Ints) -> tuple[Ints, Ints]:
-    low, high = boxes
-    for axis in range(3):  # most pairs are told apart by one axis
-        mine, other = low[:, axis], high[:, axis]
-        near = (mine[first] <= other[second]) & (mine[second] <= other[first])
+    for low, high in zip(*boxes, strict=True):  # most pairs are told apart by one axis
+        near = low.take(first) <= high.take(second)
+        near &= low.take(second) <= high.take(first)
         first, second = first[near], second[near]
     return first, second

@@ -10,7 +10,7 @@ import numpy as np
 
 from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Floats, Ints, normalized
+from meshcone.surface.arrays import Bools, Floats, Ints, normalized, row_dot
 
 # Nearer than this share of the mesh's extent is touching: a file stores positions in 24 bits.
 _TOUCHING = 2e-7
@@ -52,10 +52,10 @@ def count_self_intersections(mesh: Mesh, most_pairs: int) -> int | None:
     return found
 
 
-def _cross(mesh: Mesh, first: Ints, second: Ints, touching: float) -> np.ndarray:
-    """Which pairs of faces have more in common than a touch, (k,) of bool."""
+def _cross(mesh: Mesh, first: Ints, second: Ints, touching: float) -> Bools:
+    """Which pairs of faces have more in common than a touch, (k,)."""
     there = _heights(mesh, second, first, touching)
-    in_plane, across = ~there.any(axis=1), _on_both_sides(there)
+    in_plane, across = ~there.any(axis=0), _on_both_sides(there)
     across[across] = _on_both_sides(_heights(mesh, first[across], second[across], touching))
     crossing = np.zeros(len(first), dtype=bool)
     crossing[in_plane] = _overlap(mesh, first[in_plane], second[in_plane], touching)
@@ -63,26 +63,33 @@ def _cross(mesh: Mesh, first: Ints, second: Ints, touching: float) -> np.ndarray
     return crossing
 
 
+def _corners(mesh: Mesh, faces: Ints) -> list[Floats]:
+    """The three corners of faces, each (k, 3)."""
+    return [mesh.vertices.take(corner, axis=0) for corner in mesh.faces.take(faces, axis=0).T]
+
+
 def _heights(mesh: Mesh, faces: Ints, planes: Ints, touching: float) -> Floats:
-    """Heights (k, 3) of corners over other faces' planes; 0 where they touch or are shared."""
-    offsets = mesh.corners[faces] - mesh.corners[planes][:, :1]
-    heights = np.einsum("kij,kj->ki", offsets, mesh.face_normals[planes])
+    """Heights (3, k) of corners over other faces' planes; 0 where they touch or are shared."""
+    normals = mesh.face_normals.take(planes, axis=0)
+    origin = mesh.vertices.take(mesh.faces[:, 0].take(planes), axis=0)
+    heights = np.stack([row_dot(corner - origin, normals) for corner in _corners(mesh, faces)])
     heights[np.abs(heights) <= touching] = 0
     heights[_shared(mesh, faces, planes)] = 0
-    return np.asarray(heights)
+    return heights
 
 
-def _shared(mesh: Mesh, faces: Ints, others: Ints) -> np.ndarray:
-    """Which corners (k, 3) are corners of the other faces too."""
-    common = mesh.faces[faces][:, :, None] == mesh.faces[others][:, None, :]
-    return np.asarray(common.any(axis=2))
+def _shared(mesh: Mesh, faces: Ints, others: Ints) -> Bools:
+    """Which corners (3, k) are corners of the other faces too."""
+    mine = np.ascontiguousarray(mesh.faces.take(faces, axis=0).T)
+    a, b, c = np.ascontiguousarray(mesh.faces.take(others, axis=0).T)
+    return np.asarray((mine == a) | (mine == b) | (mine == c))
 
 
-def _on_both_sides(heights: Floats) -> np.ndarray:
-    return np.asarray((heights.min(axis=1) < 0) & (heights.max(axis=1) > 0))
+def _on_both_sides(heights: Floats) -> Bools:
+    return np.asarray((heights.min(axis=0) < 0) & (heights.max(axis=0) > 0))
 
 
-def _pass_through(mesh: Mesh, first: Ints, second: Ints, touching: float) -> np.ndarray:
+def _pass_through(mesh: Mesh, first: Ints, second: Ints, touching: float) -> Bools:
     line = normalized(np.cross(mesh.face_normals[first], mesh.face_normals[second]))
     low, high = _stretch(mesh, first, second, line)
     other_low, other_high = _stretch(mesh, second, first, line)
@@ -93,30 +100,31 @@ def _stretch(mesh: Mesh, faces: Ints, planes: Ints, line: Floats) -> tuple[Float
     """Where each face meets the line its plane has in common with another's: from, to."""
     heights = _heights(mesh, faces, planes, 0.0)
     # A common origin near both faces keeps the digits.
-    offsets = mesh.corners[faces] - mesh.corners[np.minimum(faces, planes)][:, :1]
-    places = np.einsum("kij,kj->ki", offsets, line)
-    next_heights, next_places = np.roll(heights, -1, axis=1), np.roll(places, -1, axis=1)
+    origin = mesh.vertices[mesh.faces[np.minimum(faces, planes), 0]]
+    places = np.stack([row_dot(corner - origin, line) for corner in _corners(mesh, faces)])
+    next_heights, next_places = np.roll(heights, -1, axis=0), np.roll(places, -1, axis=0)
     cut = heights * next_heights < 0
     drop = np.where(cut, heights - next_heights, 1.0)
     cuts = places + (next_places - places) * heights / drop
-    low = np.where(cut, cuts, np.where(heights == 0, places, np.inf)).min(axis=1)
-    high = np.where(cut, cuts, np.where(heights == 0, places, -np.inf)).max(axis=1)
+    low = np.where(cut, cuts, np.where(heights == 0, places, np.inf)).min(axis=0)
+    high = np.where(cut, cuts, np.where(heights == 0, places, -np.inf)).max(axis=0)
     return low, high
 
 
-def _overlap(mesh: Mesh, first: Ints, second: Ints, touching: float) -> np.ndarray:
+def _overlap(mesh: Mesh, first: Ints, second: Ints, touching: float) -> Bools:
     """Whether faces in one plane overlap there: no side of either separates them."""
     normals = mesh.face_normals[first]
-    origin = mesh.corners[first][:, :1]
-    mine, other = mesh.corners[first] - origin, mesh.corners[second] - origin
-    overlapping = ~_shared(mesh, first, second).all(axis=1)
+    origin = mesh.vertices[mesh.faces[first, 0]]
+    mine, other = (
+        [corner - origin for corner in _corners(mesh, faces)] for faces in (first, second)
+    )
+    overlapping = ~_shared(mesh, first, second).all(axis=0)
     for corners in (mine, other):
         for side in range(3):
-            along = corners[:, (side + 1) % 3] - corners[:, side]
-            axis = normalized(np.cross(normals, along))
-            a, b = (np.einsum("kij,kj->ki", triangle, axis) for triangle in (mine, other))
-            depth = np.minimum(a.max(axis=1), b.max(axis=1)) - np.maximum(
-                a.min(axis=1), b.min(axis=1)
+            axis = normalized(np.cross(normals, corners[(side + 1) % 3] - corners[side]))
+            a, b = (np.stack([row_dot(c, axis) for c in triangle]) for triangle in (mine, other))
+            depth = np.minimum(a.max(axis=0), b.max(axis=0)) - np.maximum(
+                a.min(axis=0), b.min(axis=0)
             )
             overlapping &= depth > touching
     return np.asarray(overlapping)
