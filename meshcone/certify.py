@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from meshcone.program.answer import FinalProgram
 from meshcone.program.certificate import residuals
 from meshcone.program.multipliers import active_cones
 from meshcone.report import CertificateRecord
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 
 def certify(
@@ -25,7 +23,7 @@ def certify(
     """
     optimum = residuals(final.objective, final.families, final.positions, final.multipliers)
     active = active_cones(final.families, final.multipliers)
-    offsets = np.linalg.norm(written - final.positions, axis=1)
+    offsets = row_lengths(written - final.positions)
     return CertificateRecord(
         tolerance=tolerance,
         holds=optimum.worst <= tolerance,

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import PurePath
 
-import numpy as np
-
 from meshcone.certificate_file import CertificateDocument, CertificateFile
 from meshcone.certify import certify
 from meshcone.conflict_words import in_words
@@ -29,7 +27,7 @@ from meshcone.scene import Scene
 from meshcone.scoring import Scorer
 from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 # Share of the whole work that is done when each stage begins; measured at 4k vertices.
 _STAGE_STARTS: dict[Stage, float] = {"read": 0.0, "solve": 0.1, "write": 0.65, "quality": 0.7}
@@ -149,7 +147,7 @@ def _report(
 ) -> Report:
     after = scorer.refined(pair.source.moved_to(written.positions))
     validity = scorer.input.validity, scorer.floor.validity
-    moves = np.linalg.norm(written.positions - pair.source.vertices, axis=1)
+    moves = row_lengths(written.positions - pair.source.vertices)
     certificate = None
     if solved.final is not None:
         program_positions = problem.into_program(written.positions)

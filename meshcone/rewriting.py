@@ -9,7 +9,7 @@ import numpy as np
 from meshcone.assets import Asset
 from meshcone.errors import InputError
 from meshcone.pair import Pair
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 
 @dataclass(frozen=True)
@@ -66,4 +66,4 @@ def _raw_faces(asset: Asset) -> Floats:
 
 
 def _longest(vectors: Floats) -> float:
-    return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+    return float(row_lengths(vectors).max(initial=0.0))

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from meshcone.quality.edge_uses import EdgeUses
-from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
 from meshcone.surface.closest import ClosestPoints, barycentric_weights
 
 # A barycentric coordinate below this is one of a point on the opposite side.
@@ -71,7 +71,7 @@ class ClosestNormals:
 
 def _chords(normals: Floats, others: Floats) -> Floats:
     sign = np.where(row_dot(normals, others) < 0, -1.0, 1.0)[:, None]
-    return np.asarray(np.linalg.norm(normals - sign * others, axis=1))
+    return row_lengths(normals - sign * others)
 
 
 def _grouped(keys: Ints, count: int, faces: int) -> tuple[Ints, Ints]:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from meshcone.quality.edge_uses import EdgeUses
-from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
 
 # A ball's radius, relative to the reference's: wide enough to hold some edges of a mesh of
 # a few thousand vertices, narrow enough to stay on one side of most parts.
@@ -40,7 +40,7 @@ class CurvatureField:
         mesh = uses.mesh
         first, second, ends = uses.manifold_pairs()
         start, end = mesh.vertices[ends[:, 0]], mesh.vertices[ends[:, 1]]
-        lengths = np.linalg.norm(end - start, axis=1)
+        lengths = row_lengths(end - start)
         normal, other = mesh.face_normals[first], mesh.face_normals[second]
         directions = (end - start) / np.maximum(lengths, 1e-300)[:, None]
         angles = np.arctan2(row_dot(np.cross(normal, other), directions), row_dot(normal, other))

@@ -12,7 +12,7 @@ from meshcone.quality.closest_normals import ClosestNormals
 from meshcone.quality.curvature import CurvatureField
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.surface import ClosestPoints, Frame, Mesh, SurfaceSamples, SurfaceTree, sample_surface
-from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.arrays import Floats, Ints, row_lengths
 from meshcone.surface.ordering import spatial_order
 from meshcone.surface.sampling import SamplingMethod
 
@@ -149,14 +149,15 @@ def in_own_order(mesh: Mesh) -> Mesh:
     floor of the earth mover's distance. Where a symmetric shape has no principal axes, they
     follow from the file's order after all.
     """
-    corners, areas = mesh.corners, mesh.face_areas
-    offsets = corners.mean(axis=1)
-    offsets = offsets - areas @ offsets / areas.sum()
+    areas, faces = mesh.face_areas, mesh.faces
+    a, b, c = (mesh.vertices.take(corner, axis=0) for corner in faces.T)
+    offsets = (a + b + c) / 3
+    offsets -= areas @ offsets / areas.sum()
     _, axes = np.linalg.eigh((offsets * areas[:, None]).T @ offsets)
     along = offsets @ axes
     along *= np.where(areas @ along**3 < 0, -1.0, 1.0)  # an axis points to its longer tail
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
+    sides = np.stack([row_lengths(side) for side in (c - b, a - c, b - a)], axis=1)
     longest = np.round(sides / max(float(sides.max()), 1e-300), _DIGITS)
     first = np.argmax(longest, axis=1)[:, None]
-    turned: Ints = np.take_along_axis(mesh.faces, (first + np.arange(3)) % 3, axis=1)
+    turned: Ints = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1)
     return Mesh(mesh.vertices, turned[spatial_order(along)])

@@ -10,7 +10,7 @@ from meshcone.quality.edge_uses import EdgeUses
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.quality.records import Validity
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import row_dot
+from meshcone.surface.arrays import differences, row_dot
 
 
 def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> Validity:
@@ -24,17 +24,15 @@ def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> 
     """
     uses = EdgeUses.of(mesh)
     faces = mesh.faces
-    longest_squared = np.max(
-        np.sum((mesh.corners - np.roll(mesh.corners, -1, axis=1)) ** 2, axis=2), axis=1
-    )
-    distinct = np.unique(np.sort(faces, axis=1), axis=0)
+    sides = [differences(mesh.vertices, faces[:, pair]) for pair in ([0, 1], [1, 2], [2, 0])]
+    longest_squared = np.max([row_dot(side, side) for side in sides], axis=0)
     return Validity(
         watertight=bool(np.all(uses.counts == 2)),
         boundary_edges=int(np.count_nonzero(uses.counts == 1)),
         non_manifold_edges=int(np.count_nonzero(uses.counts > 2)),
         opposed_edges=uses.opposed,
         degenerate_faces=int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
-        duplicate_faces=len(faces) - len(distinct),
+        duplicate_faces=_duplicates(mesh),
         flipped_faces=None if before is None else flipped_faces(before, mesh),
         self_intersections=count_self_intersections(mesh, intersection_pairs),
         components=_components(mesh),
@@ -45,6 +43,15 @@ def flipped_faces(before: Mesh, after: Mesh) -> int:
     """Count the faces that turned by more than a right angle between two positions."""
     cosines = row_dot(before.face_normals, after.face_normals)
     return int(np.count_nonzero(cosines < 0))
+
+
+def _duplicates(mesh: Mesh) -> int:
+    """Count faces that have the same three vertices as one before."""
+    low, middle, high = np.sort(mesh.faces, axis=1).T
+    pair = low * len(mesh.vertices) + middle
+    order = np.lexsort((high, pair))
+    same = (np.diff(pair[order]) == 0) & (np.diff(high[order]) == 0)
+    return int(np.count_nonzero(same))
 
 
 def _components(mesh: Mesh) -> int:

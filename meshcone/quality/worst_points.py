@@ -7,7 +7,7 @@ import numpy as np
 from meshcone.quality.records import WorstPoint
 from meshcone.quality.sampled import SampledSurface
 from meshcone.surface import Frame
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 COUNT = 10
 # Points nearer to each other than this share of the radius are one place.
@@ -48,7 +48,7 @@ def worst_points(
                 distance=float(distances[index]),
             )
         )
-        left[np.linalg.norm(points - points[index], axis=1) < SPACING] = 0
+        left[row_lengths(points - points[index]) < SPACING] = 0
     return tuple(worst)
 
 

@@ -33,3 +33,9 @@ def differences(points: Floats, pairs: Ints) -> Floats:
     result = points.take(pairs[:, 0], axis=0)
     result -= points.take(pairs[:, 1], axis=0)
     return result
+
+
+def sorted_distinct(keys: Ints) -> Ints:
+    """Return the distinct ones of (k,) keys in ascending order, much faster than np.unique."""
+    ordered = np.sort(keys)
+    return np.asarray(ordered[np.diff(ordered, prepend=ordered[:1] - 1) != 0])

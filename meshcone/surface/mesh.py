@@ -7,7 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from meshcone.surface.arrays import Floats, Ints, differences, normalized, row_lengths
+from meshcone.surface.arrays import (
+    Floats,
+    Ints,
+    differences,
+    normalized,
+    row_lengths,
+    sorted_distinct,
+)
 
 
 @dataclass(frozen=True)
@@ -42,11 +49,11 @@ class Mesh:
     @cached_property
     def edges(self) -> Ints:
         """Undirected edges (e, 2), each once, smaller index first, in lexicographic order."""
-        ends = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
-        ends.sort(axis=1)
-        count = len(self.vertices)
-        keys = np.unique(ends[:, 0] * count + ends[:, 1])
-        edges = np.stack([keys // max(count, 1), keys % max(count, 1)], axis=1)
+        a, b, c = np.ascontiguousarray(self.faces.T)
+        from_, to = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+        count = max(len(self.vertices), 1)
+        keys = sorted_distinct(np.minimum(from_, to) * count + np.maximum(from_, to))
+        edges = np.stack(np.divmod(keys, count), axis=1)
         return np.asarray(edges[edges[:, 0] != edges[:, 1]], dtype=np.int64)
 
     @cached_property
