@@ -29,7 +29,7 @@ unit: $(STAMP)
 
 # Damages files at random for minutes: fifty times what the suite tries.
 fuzz: $(STAMP)
-	$(BIN)/python -m pytest tests/unit/assets/test_fuzz.py --hypothesis-profile=fuzz -o timeout=1800
+	$(BIN)/python -m pytest -n logical tests/unit/assets/test_fuzz.py --hypothesis-profile=fuzz -o timeout=1800
 
 openapi: $(STAMP)
 	$(BIN)/meshcone openapi

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import structlog
+from redis.exceptions import RedisError
 
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
@@ -181,8 +182,13 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
         raise _key_reused() from None
     if job_id != record.id:
         return _known(job_id, context)
-    context.queue.enqueue(record.id)
-    logger.info("job accepted", job_id=record.id)
+    try:
+        context.queue.enqueue(record.id)
+    except RedisError as error:
+        # It is known, so it is accepted; a client that is told otherwise would send it again.
+        logger.warning("job accepted, its message not sent", job_id=record.id, reason=str(error))
+    else:
+        logger.info("job accepted", job_id=record.id)
     return record
 
 

@@ -1,0 +1,49 @@
+"""Accepting a job while the broker comes and goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+from starlette.testclient import TestClient
+
+from meshcone.files import MeshFile
+from service.app import create_app
+from service.settings import ServiceSettings
+from worker.broker import EmbeddedBroker
+from worker.connections import connect_bytes
+from worker.queue import JobQueue
+
+
+@pytest.mark.parametrize("reachable", [True, False], ids=["queue there", "queue gone"])
+def test_a_job_in_the_ledger_is_accepted_whether_its_message_can_be_sent_or_not(
+    tmp_path: Path, ball: MeshFile, rough_ball: MeshFile, reachable: bool
+) -> None:
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+        connect_bytes(f"unix://{tmp_path}/nobody.sock") as nobody,
+    ):
+        app: Any = http.app
+        context = app.state.context
+        if not reachable:
+            app.state.context = replace(context, queue=JobQueue(context.settings, nobody))
+
+        answer = http.post(
+            "/v1/jobs",
+            data={"options": "{}"},
+            files={"source": ("rough.obj", rough_ball.data), "reference": ("b.obj", ball.data)},
+        )
+
+        assert answer.status_code == 202
+        job = answer.json()["id"]
+        assert context.ledger.get(job).state == "queued"
+        assert (job in context.queue.waiting()) == reachable
+
+
+def an_app(broker: EmbeddedBroker, data_dir: Path) -> FastAPI:
+    settings = ServiceSettings(redis_url=broker.url, data_dir=data_dir)
+    return create_app(settings, keys_required=False)
