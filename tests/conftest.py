@@ -12,10 +12,14 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
-from tests.skips import pytest_runtest_makereport
+from tests.completeness import (
+    pytest_runtest_logreport,
+    pytest_runtest_makereport,
+    pytest_sessionfinish,
+)
 from worker.settings import WorkerSettings
 
-__all__ = ["pytest_runtest_makereport"]
+__all__ = ["pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_sessionfinish"]
 
 # Chosen by --hypothesis-profile; an example may take as long as a busy machine needs.
 settings.register_profile("suite", deadline=None)
