@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,12 @@ class MeshFile:
     data: bytes
     resources: Mapping[str, bytes] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         """SHA-256 of the bytes, in hexadecimal."""
         return hashlib.sha256(self.data).hexdigest()
 
+    @cached_property
     def resource_hashes(self) -> dict[str, str]:
         """SHA-256 of each resource by its name, in the names' order."""
         return {

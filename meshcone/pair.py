@@ -200,7 +200,7 @@ def _describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
         name=asset.name,
         format=asset.format,
         sha256=file.sha256,
-        resources=file.resource_hashes(),
+        resources=file.resource_hashes,
         bytes=len(file.data),
         vertices=counts.vertices,
         welded_vertices=counts.welded_vertices,

@@ -194,15 +194,16 @@ def _resources(
 
     One that is needed and missing is noticed in reading; a texture nobody kept is no fault.
     """
-    found = file.resource_hashes()
+    found = file.resource_hashes
     return [
-        _hashed("resource", name, found[name], stated, in_certificate.get(name))
-        for name, stated in in_report.items()
-        if name in found
+        _hashed("resource", name, found[name], in_report.get(name), in_certificate.get(name))
+        for name in sorted({*in_report, *in_certificate} & found.keys())
     ]
 
 
-def _hashed(name: str, file: str, found: str, in_report: str, in_certificate: str | None) -> Check:
+def _hashed(
+    name: str, file: str, found: str, in_report: str | None, in_certificate: str | None
+) -> Check:
     ok = found == in_report == in_certificate
     hash_of = "the hash" if ok else "another hash than"
     return Check(name, ok, f"{file} has {hash_of} report and certificate state")

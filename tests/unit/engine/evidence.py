@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -45,8 +44,7 @@ class Evidence:
     def with_forged_hashes(self) -> Evidence:
         """State the hashes of the files at hand."""
         source, reference, refined = (
-            hashlib.sha256(file.data).hexdigest()
-            for file in (self.source, self.reference, self.refined)
+            file.sha256 for file in (self.source, self.reference, self.refined)
         )
         inputs = self.report.inputs
         forged = {

@@ -165,6 +165,15 @@ def test_a_buffer_with_other_bytes_fails() -> None:
     assert longer.failed() == {"resource"}
 
 
+def test_a_report_that_keeps_quiet_about_a_buffer_fails() -> None:
+    evidence = Evidence.of(with_its_buffer_apart(rough()), smooth(), {"effort": "fast"})
+    inputs = evidence.report.inputs
+    quiet = inputs.model_copy(update={"source": inputs.source.model_copy(update={"resources": {}})})
+    report = evidence.report.model_copy(update={"inputs": quiet})
+
+    assert replace(evidence, report=report).failed() == {"resource"}
+
+
 def test_a_texture_that_was_not_kept_is_no_fault() -> None:
     source = with_its_buffer_apart(rough())
     painted = replace(source, resources={**source.resources, "paint.png": b"\x89PNG"})
