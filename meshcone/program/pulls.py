@@ -48,7 +48,7 @@ class PlanePull:
         return VertexBlocks.of_planes(self.weights, self.normals, self.tangential)
 
     def roots(self, added: float = 0.0) -> Floats:
-        """Return (k, 3, 3) symmetric S with S S = w (n nᵀ + τ I) + added I, n being a unit."""
+        """Return (k, 3, 3) symmetric S, S S = w (n nᵀ + τ I) + added I, for n of length 1 or 0."""
         across = np.sqrt(self.weights * self.tangential + added)
         along = np.sqrt(self.weights * (1 + self.tangential) + added)
         outer = self.normals[:, :, None] * self.normals[:, None, :]

@@ -16,6 +16,7 @@ from meshcone.program.cones import (
     EdgeCaps,
     Pins,
     ToleranceBand,
+    cone_violation,
 )
 from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
 from meshcone.program.request import SourceLabels, resolve_cones
@@ -160,6 +161,9 @@ def test_rows_and_slack_state_the_same_constraint(family: ConeFamily):
 
     slack = (b - A @ positions.ravel()).reshape(-1, family.dimension)
     np.testing.assert_allclose(slack, family.slack(positions)[which], atol=1e-12)
+    outside = cone_violation(family.cone, family.slack(positions))
+    assert outside.max() > 0
+    np.testing.assert_allclose(family.violation(positions), outside, atol=1e-15)
 
 
 def labels(mesh: Mesh) -> SourceLabels:
