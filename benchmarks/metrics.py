@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from meshcone.options import Options, parse_options
-from meshcone.scoring import Scorer
+from meshcone.report.scoring import Scorer
 from meshcone.surface import Frame, Mesh
 
 _VERTICES, _SMALLEST, _LARGEST = 4_000, 3_500, 4_500

@@ -9,12 +9,12 @@ from meshcone.files import MeshFile
 from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
-from meshcone.outcome import decide_agreement
 from meshcone.pair import read_pair
-from meshcone.report import MeasureReport, Timings
-from meshcone.scene import Scene
-from meshcone.scoring import Scorer
+from meshcone.report.outcome import decide_agreement
+from meshcone.report.report import MeasureReport, Timings
+from meshcone.report.scoring import Scorer
 from meshcone.stopwatch import Stopwatch
+from meshcone.views.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import numpy as np
 
 from meshcone.assets import Asset, read_asset
 from meshcone.assets.policy import WritePolicy
-from meshcone.data_checks import data_warnings
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.options import Options
 from meshcone.quality.records import Validity
-from meshcone.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
+from meshcone.report.data_checks import data_warnings
+from meshcone.report.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
 from meshcone.surface import Frame, Mesh
 from meshcone.surface.alignment import Alignment, AlignmentMode, align
 from meshcone.surface.arrays import Bools, Floats

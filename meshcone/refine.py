@@ -7,27 +7,27 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import PurePath
 
-from meshcone.certificate_file import CertificateDocument, CertificateFile
-from meshcone.certify import certify
+from meshcone.certificate.certify import certify
+from meshcone.certificate.file import CertificateDocument, CertificateFile
 from meshcone.conflict_words import in_words
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
-from meshcone.outcome import decide_outcome
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
-from meshcone.report import Displacement, OutputRecord, Report, Timings
-from meshcone.scene import Scene
-from meshcone.scoring import Scorer
+from meshcone.report.outcome import decide_outcome
+from meshcone.report.report import Displacement, OutputRecord, Report, Timings
+from meshcone.report.scoring import Scorer
 from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats, row_lengths
+from meshcone.views.scene import Scene
 
 # Share of the whole work that is done when each stage begins; measured at 4k vertices.
 _STAGE_STARTS: dict[Stage, float] = {"read": 0.0, "solve": 0.1, "write": 0.65, "quality": 0.7}

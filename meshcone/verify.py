@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import ValidationError
 
-from meshcone.certificate_file import CertificateFile, read_certificate
-from meshcone.certify import certify
+from meshcone.certificate.certify import certify
+from meshcone.certificate.file import CertificateFile, read_certificate
+from meshcone.certificate.rewriting import Rewriting, compare_with_rewritten
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
@@ -22,8 +23,7 @@ from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
-from meshcone.report import CertificateRecord, Matrix, Report
-from meshcone.rewriting import Rewriting, compare_with_rewritten
+from meshcone.report.report import CertificateRecord, Matrix, Report
 from meshcone.surface.alignment import Alignment
 from meshcone.surface.similarity import is_similarity
 

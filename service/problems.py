@@ -16,13 +16,21 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from meshcone.errors import ErrorKind, MeshConeError
-from service.headers import SECURITY_HEADERS
-from worker.records import JobError
+from worker.jobs.records import JobError
 
 logger = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:meshcone:problem:"
+SECURITY_HEADERS = {
+    # A mesh or a report is never to be taken for a page or a script.
+    "X-Content-Type-Options": "nosniff",
+    "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    # No page of another site may show an answer as its own image, script or frame.
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
 
 
 @dataclass(frozen=True)
@@ -136,6 +144,14 @@ def broker_problem(error: Exception) -> ProblemError:
     return ProblemError(
         problem("unavailable", "the job broker cannot be reached; try again later"),
         {"Retry-After": "5"},
+    )
+
+
+def queue_full() -> ProblemError:
+    """What to raise where no more jobs are let in."""
+    return ProblemError(
+        problem("queue-full", "as many jobs are waiting as this installation lets wait"),
+        {"Retry-After": "10"},
     )
 
 

@@ -37,6 +37,6 @@ def upkeep_of(worker: int) -> list[int]:
 
 def _is_upkeep(pid: int) -> bool:
     try:
-        return b"worker.upkeep" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"worker.upkeep.main" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except (FileNotFoundError, ProcessLookupError):
         return False

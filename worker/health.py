@@ -12,8 +12,8 @@ from redis.exceptions import RedisError
 
 from meshcone.errors import InputError
 from meshcone.settings import load_settings
-from worker.connections import connect_bytes
-from worker.queue import JobQueue
+from worker.broker.connections import connect_bytes
+from worker.jobs.queue import JobQueue
 from worker.settings import WorkerSettings
 
 

@@ -6,7 +6,7 @@ from meshcone.threads import use_one_thread
 
 
 def main() -> None:
-    """Work until SIGTERM or SIGINT; what becomes of the job in hand, worker.stopping says.
+    """Work until SIGTERM or SIGINT; what becomes of the job in hand, worker.run.stopping says.
 
     Raises:
         InputError: the environment's settings cannot be used.
@@ -18,9 +18,9 @@ def main() -> None:
     configure_logging()
 
     from meshcone.settings import load_settings
+    from worker.run.stopping import StopRequest
     from worker.settings import WorkerSettings
-    from worker.stopping import StopRequest
-    from worker.upkeep import UpkeepProcess
+    from worker.upkeep.main import UpkeepProcess
 
     settings = load_settings(WorkerSettings)
     url = settings.required_redis_url()
@@ -29,13 +29,13 @@ def main() -> None:
     upkeep = UpkeepProcess()
     upkeep.keep()
 
-    import worker.task  # 2.5 s of imports, paid here once and not in every horse
-    from worker.connections import connect_bytes, connect_text
-    from worker.heartbeats import Heartbeats
-    from worker.ledger import Ledger
-    from worker.loop import WorkerLoop
-    from worker.presence import Presence
-    from worker.queue import JobQueue
+    import worker.run.task  # 2.5 s of imports, paid here once and not in every horse
+    from worker.broker.connections import connect_bytes, connect_text
+    from worker.jobs.heartbeats import Heartbeats
+    from worker.jobs.ledger import Ledger
+    from worker.jobs.queue import JobQueue
+    from worker.run.loop import WorkerLoop
+    from worker.run.presence import Presence
 
     client, connection = connect_text(url), connect_bytes(url)
     queue = JobQueue(settings, connection)
@@ -46,7 +46,7 @@ def main() -> None:
         heartbeats=Heartbeats(client, settings.heartbeat_timeout),
         presence=Presence(queue, connection),
         stop=stop,
-        run=worker.task.run,
+        run=worker.run.task.run,
         keep=upkeep.keep,
     ).work()
     upkeep.end()

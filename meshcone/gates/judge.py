@@ -11,7 +11,7 @@ from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
-from meshcone.report import MeasureReport, Report
+from meshcone.report.report import MeasureReport, Report
 
 AnyReport = Report | MeasureReport
 SameReport = TypeVar("SameReport", Report, MeasureReport)

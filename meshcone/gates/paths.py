@@ -20,7 +20,7 @@ from meshcone.errors import InputError
 from meshcone.gates.rules import Allowed, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.quality.records import Metrics
-from meshcone.report import MeasureReport, Report
+from meshcone.report.report import MeasureReport, Report
 from meshcone.suggestions import did_you_mean
 
 Kind = Literal["number", "truth", "word"]

@@ -16,6 +16,7 @@ def command(
     ] = None,
 ) -> None:
     """Run the HTTP front end; broker and data directory come from MESHCONE_* variables."""
-    from service.server import listen, serve
+    from service.api.server import listen, serve
+    from service.dashboard.routes import router
 
-    serve(listen(host, port) if fd is None else socket.socket(fileno=fd))
+    serve(listen(host, port) if fd is None else socket.socket(fileno=fd), router)

@@ -35,12 +35,12 @@ def command(
     """Refine a noisy jug through a service of its own, and show what came of it."""
     from rich.console import Console
 
+    from service.cli.metrics_table import metrics_table
     from service.demo.asset import degraded, reference_glb
     from service.demo.display import Display
     from service.demo.interruption import interruptible
     from service.demo.session import run_session
     from service.demo.summary import summary_lines
-    from service.metrics_table import metrics_table
 
     _make_directory(out)
     console = Console()

@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.suggestions import did_you_mean
 
 if TYPE_CHECKING:
-    from service.keys import KeyStore, Scope
+    from service.access.keys import KeyStore, Scope
 
 commands = typer.Typer(
     help="API keys: who may use a service, and how much of it.", no_args_is_help=True
@@ -41,7 +41,7 @@ def create(
 
     What is not limited here is limited as the installation says.
     """
-    from service.keys import Quota
+    from service.access.keys import Quota
 
     wanted = _scopes(scopes)
     quota = Quota(
@@ -75,7 +75,7 @@ def revoke(
 
 
 def _scopes(text: str) -> list[Scope]:
-    from service.keys import SCOPES
+    from service.access.keys import SCOPES
 
     known = {scope: scope for scope in SCOPES}
     names = [name.strip() for name in text.split(",")]
@@ -91,9 +91,9 @@ def _store(data_dir: Path | None) -> Iterator[KeyStore]:
     from redis.exceptions import RedisError
 
     from meshcone.settings import load_settings
-    from service.keys import KeyStore
-    from worker.broker import running_broker_url
-    from worker.connections import connect_text
+    from service.access.keys import KeyStore
+    from worker.broker.connections import connect_text
+    from worker.broker.embedded import running_broker_url
     from worker.settings import WorkerSettings
 
     overrides = {} if data_dir is None else {"data_dir": data_dir}

@@ -10,7 +10,7 @@ from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
 
 if TYPE_CHECKING:
-    from meshcone.report import MeasureReport
+    from meshcone.report.report import MeasureReport
 
 _AGREEMENT = {
     "indistinguishable": "the surface lies on the reference, as closely as files store positions",
@@ -40,7 +40,7 @@ def command(
 def _print_table(report: MeasureReport) -> None:
     from rich.console import Console
 
-    from service.metrics_table import metrics_table
+    from service.cli.metrics_table import metrics_table
 
     document = report.model_dump(mode="json")
     sampling = document["quality"]["conventions"]

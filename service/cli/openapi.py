@@ -32,7 +32,7 @@ def command(
 
 def describe_api() -> bytes:
     """The OpenAPI document, the same bytes for the same code."""
-    from service.app import create_app
+    from service.api.app import create_app
     from service.settings import ServiceSettings
 
     document = create_app(ServiceSettings()).openapi()

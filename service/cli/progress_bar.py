@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from meshcone.progress import Progress
-    from worker.records import JobProgress
+    from worker.jobs.records import JobProgress
 
     Moment = Progress | JobProgress
 

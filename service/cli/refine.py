@@ -72,7 +72,7 @@ def command(
 
 
 def _page(refinement: Refinement, out: Path, report: Path | None) -> bytes:
-    from meshcone.preview import preview_glb
+    from meshcone.views.preview import preview_glb
     from service.html_report import ReportedAsset, html_report
 
     verdict = refinement.report.gates

@@ -14,8 +14,8 @@ from service.cli.output import certificate_path, require_writable, write_togethe
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
+    from service.api.schemas import Job
     from service.client import Client
-    from service.schemas import Job
 
 _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
@@ -66,7 +66,7 @@ def command(
     import httpx2
 
     from service.client import ServiceError
-    from service.connection import connect, error_of
+    from service.client.connection import connect, error_of
 
     with connect(server) as client:
         try:
@@ -105,7 +105,7 @@ def _ended(client: Client, job: Job) -> Job:
 
 
 def _why_not(job: Job) -> MeshConeError:
-    from service.connection import error_of
+    from service.client.connection import error_of
 
     if job.error is None:
         return InputError(f"job {job.id} was canceled")

@@ -14,12 +14,11 @@ from pydantic import BaseModel
 from redis.exceptions import RedisError
 from starlette.responses import StreamingResponse
 
-from service.context import Context, ContextDependency
-from service.events import Events, EventsDependency
-from service.schemas import Job
-from service.uploads import LABEL_LENGTH
-from worker.job_index import JobFilter
-from worker.records import JobState, Verdict
+from service.api.context import Context, ContextDependency
+from service.api.routes.events import Events, EventsDependency
+from service.api.schemas import LABEL_LENGTH, Job
+from worker.jobs.index import JobFilter
+from worker.jobs.records import JobState, Verdict
 
 router = APIRouter(include_in_schema=False)
 

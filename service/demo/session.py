@@ -14,9 +14,9 @@ from meshcone.files import MeshFile
 from service.demo import interruption
 
 if TYPE_CHECKING:
+    from service.api.schemas import Job
     from service.client import Client
     from service.demo.display import Display
-    from service.schemas import Job
     from service.stack import Stack
 
 LOG_NAME = "service.log"

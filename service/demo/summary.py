@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from service.metrics_table import ROUNDING
-
+_ROUNDING = 1e-12  # of distances that are zero
 _OUTCOMES = {
     "improved": "the refined surface lies {times:.0f} times closer to the reference than the input",
     "indistinguishable": "input and refined mesh are equally close, as far as samples can tell",
@@ -65,4 +64,4 @@ def _in_words(report: dict[str, Any]) -> str:
     before, after = (
         report["quality"][name]["point_to_surface"]["mean"] for name in ("input", "refined")
     )
-    return _OUTCOMES[report["outcome"]].format(times=before / max(after, ROUNDING))
+    return _OUTCOMES[report["outcome"]].format(times=before / max(after, _ROUNDING))

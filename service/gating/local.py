@@ -124,7 +124,7 @@ def _judgement(job: GateJob) -> Judgement:
 
 
 def _view(done: Measurement | Refinement) -> AssetView:
-    from meshcone.preview import preview_glb
+    from meshcone.views.preview import preview_glb
 
     preview = preview_glb(done.scene, VIEWED_FACES)
     return AssetView(report=done.report.model_dump_json(), preview=preview)

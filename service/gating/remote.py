@@ -11,10 +11,10 @@ import httpx2
 from meshcone.errors import InternalError, SolveTimeoutError
 from meshcone.gates.results import AssetResult, AssetView
 from meshcone.local_files import read_local
+from service.api.schemas import LABEL_LENGTH
 from service.client import ServiceError
-from service.connection import connect, error_of
+from service.client.connection import connect, error_of
 from service.gating.job import GateJob, Judgement, judged
-from service.uploads import LABEL_LENGTH
 
 JOB_TIMEOUT = 3600.0  # seconds a job may be queued and worked on
 _LOOK_INTERVAL = 1.0  # seconds between looks whether to go on waiting

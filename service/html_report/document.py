@@ -30,7 +30,7 @@ class ReportedAsset:
         name: what people know it by.
         ending: its verdict or outcome in a word, or ``error``.
         report: as JSON; None where there is none.
-        preview: a GLB file of :func:`meshcone.preview.preview_glb`; None where there is none.
+        preview: a GLB file of :func:`meshcone.views.preview.preview_glb`; None where there is none.
         error: why there is no report.
         refined: name of the refined file, where there is one.
         report_name: name of the report's own file, where there is one.

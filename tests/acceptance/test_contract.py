@@ -25,7 +25,7 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.problems import TYPE_PREFIX
 from service.stack import Stack
-from worker.identifiers import new_job_id
+from worker.jobs.identifiers import new_job_id
 
 # The application's own, byte for byte, as another test checks.
 schema = schemathesis.openapi.from_path(Path(__file__).parents[2] / "openapi" / "openapi.json")

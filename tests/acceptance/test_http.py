@@ -14,11 +14,11 @@ import pytest
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from meshcone.verify import read_report, verify
+from service.api.schemas import Job
 from service.client import Client, ServiceError
-from service.schemas import Job
 from service.stack import Stack
 from tests import shapes
-from worker.identifiers import new_job_id
+from worker.jobs.identifiers import new_job_id
 
 SentFile = tuple[str, bytes]
 

@@ -12,13 +12,13 @@ import httpx2
 import pytest
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from service.stack import Stack
 from tests import shapes
-from worker.connections import connect_text
-from worker.identifiers import new_job_id
-from worker.ledger import Ledger
+from worker.broker.connections import connect_text
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger
 
 PATIENCE = 60.0  # seconds
 SLOW = {"quality": {"emd_samples": 8192}}  # seconds of work, whatever the meshes

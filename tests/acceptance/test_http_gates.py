@@ -8,8 +8,8 @@ import httpx2
 import pytest
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client, ServiceError
-from service.schemas import Job
 from service.stack import Stack
 from tests import shapes
 

@@ -10,8 +10,8 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from service.stack import Stack
 
 FILES = ["mesh", "report", "certificate", "preview.glb", "heatmap.glb", "diagnostics.csv"]

@@ -16,9 +16,9 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
-from worker.connections import connect_text
-from worker.idempotency import KeyClaims, key_place
-from worker.identifiers import new_job_id
+from worker.broker.connections import connect_text
+from worker.jobs.idempotency import KeyClaims, key_place
+from worker.jobs.identifiers import new_job_id
 from worker.settings import WorkerSettings
 
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import pytest
 
 from tests.integration.jobs import make_job
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.ledger import Ledger
-from worker.records import JobRecord
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger
+from worker.jobs.records import JobRecord
 
 
 @pytest.fixture(scope="session")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import UTC, datetime
 
 from meshcone.options import Options
-from worker.identifiers import new_job_id
-from worker.records import JobRecord, StoredFile
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.records import JobRecord, StoredFile
 
 
 def make_job(label: str | None = None) -> JobRecord:

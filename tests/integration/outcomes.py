@@ -6,7 +6,7 @@ import json
 
 from redis import Redis
 
-from worker.ledger_keys import job_keys
+from worker.jobs.ledger_keys import job_keys
 
 
 def times_succeeded(connection: Redis, job_id: str) -> int:

@@ -11,16 +11,16 @@ from redis import Redis
 from starlette.testclient import TestClient
 
 from meshcone.errors import InputError
-from service.app import create_app
-from service.keys import KEYS, KeyStore, NewKey, Quota, Scope
+from service.access.keys import KEYS, KeyStore, NewKey, Quota, Scope
+from service.access.quotas import JobQuotas
+from service.api.app import create_app
 from service.problems import ProblemError
-from service.quotas import JobQuotas
 from service.settings import ServiceSettings
 from tests.integration.jobs import make_job
-from worker.broker import EmbeddedBroker, running_broker_url
-from worker.connections import connect_text
-from worker.identifiers import new_job_id
-from worker.ledger import Ledger
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker, running_broker_url
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger
 
 
 @pytest.fixture

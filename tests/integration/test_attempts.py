@@ -18,9 +18,9 @@ from service.stack import Stack
 from tests import shapes
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended, horses_of
-from worker.connections import connect_text
-from worker.ledger import Ledger
-from worker.records import JobRecord
+from worker.broker.connections import connect_text
+from worker.jobs.ledger import Ledger
+from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 
 LONG = {"quality": {"emd_samples": 8192}}  # many seconds of work

@@ -11,14 +11,14 @@ from obstore.store import LocalStore
 from redis import Redis
 
 from tests.integration.jobs import make_job
-from worker.blob_register import BlobBusyError, BlobRegister
-from worker.blobs import BlobStore
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.identifiers import new_job_id
-from worker.ledger import Ledger
-from worker.ledger_keys import DOOMED_BLOBS
-from worker.records import Artifact, JobRecord, StoredFile
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger
+from worker.jobs.ledger_keys import DOOMED_BLOBS
+from worker.jobs.records import Artifact, JobRecord, StoredFile
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobBusyError, BlobRegister
 
 
 @pytest.fixture
@@ -162,7 +162,7 @@ def test_a_blob_that_is_being_removed_cannot_be_leased(
 ) -> None:
     digest = hashlib.sha256(something()).hexdigest()
     client.zadd(DOOMED_BLOBS, {digest: 0})
-    monkeypatch.setattr("worker.blob_register._PATIENCE", 0.1)
+    monkeypatch.setattr("worker.storage.register._PATIENCE", 0.1)
 
     with pytest.raises(BlobBusyError):
         register.lease([digest], "somebody")

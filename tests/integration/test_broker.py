@@ -7,8 +7,8 @@ from urllib.parse import unquote
 import pytest
 
 from meshcone.errors import InputError
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
 
 
 def test_what_was_written_is_there_after_a_restart(tmp_path: Path) -> None:

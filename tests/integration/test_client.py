@@ -14,10 +14,10 @@ import pytest
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client, ServiceError
-from service.connection import connect
+from service.client.connection import connect
 from service.problems import problem
-from service.schemas import Job
 from tests.integration.jobs import make_job
 
 MESH = MeshFile("mug.obj", b"v 0 0 0\n", {"mug.mtl": b"newmtl mug\n"})

@@ -8,9 +8,9 @@ import pytest
 from redis import Redis
 
 from tests.integration.jobs import make_job
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.ledger import Ledger
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def test_a_broker_that_keeps_nothing_is_warned_of_once(
     ledger = Ledger(client)
     first, second = make_job(), make_job()
 
-    with caplog.at_level(logging.WARNING, logger="worker.durability"):
+    with caplog.at_level(logging.WARNING, logger="worker.jobs.durability"):
         ledger.create(first)
         ledger.create(second)
 

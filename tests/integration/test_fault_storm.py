@@ -23,8 +23,8 @@ from tests.integration.mended import mended_stack
 from tests.integration.outcomes import times_succeeded
 from tests.integration.waiting import RECOVERY, insist, wait_for
 from tests.processes import horses_of, upkeep_of
-from worker.connections import connect_text
-from worker.ledger import Ledger
+from worker.broker.connections import connect_text
+from worker.jobs.ledger import Ledger
 from worker.settings import WorkerSettings
 
 BATCHES = 10

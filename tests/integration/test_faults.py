@@ -18,12 +18,12 @@ from tests.integration.mended import mended_stack
 from tests.integration.outcomes import times_succeeded
 from tests.integration.waiting import RECOVERY, insist, wait_for
 from tests.processes import has_ended, horses_of, upkeep_of
-from worker.blobs import BlobStore
-from worker.connections import connect_bytes, connect_text
-from worker.ledger import Ledger
-from worker.queue import JobQueue
-from worker.records import JobRecord, StoredFile
+from worker.broker.connections import connect_bytes, connect_text
+from worker.jobs.ledger import Ledger
+from worker.jobs.queue import JobQueue
+from worker.jobs.records import JobRecord, StoredFile
 from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
 
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
 

@@ -16,8 +16,8 @@ import pytest
 
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended
-from worker.horse import Death, Horse
-from worker.sandbox import confine
+from worker.run.horse import Death, Horse
+from worker.run.sandbox import confine
 from worker.settings import WorkerSettings
 
 

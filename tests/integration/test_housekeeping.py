@@ -9,15 +9,15 @@ import pytest
 from redis import Redis
 
 from tests.integration.jobs import make_job
-from worker.blob_register import BlobRegister
-from worker.blobs import BlobStore
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_bytes, connect_text
-from worker.housekeeping import Housekeeper
-from worker.ledger import Ledger, UnknownJobError
-from worker.queue import JobQueue
-from worker.records import JobRecord
+from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger, UnknownJobError
+from worker.jobs.queue import JobQueue
+from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
+from worker.upkeep.housekeeping import Housekeeper
 
 Keep = Callable[..., Housekeeper]
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import pytest
 
 from tests.integration.jobs import make_job
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.idempotency import BoundKey, KeyClaims, KeyInUseError, key_place
-from worker.identifiers import new_job_id
-from worker.ledger import KeyReusedError, Ledger, QueueFullError, UnknownJobError
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.idempotency import BoundKey, KeyClaims, KeyInUseError, key_place
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import KeyReusedError, Ledger, QueueFullError, UnknownJobError
 
 
 @pytest.fixture

@@ -10,15 +10,15 @@ from typing import Any, TypeVar
 
 import pytest
 
-from service.events import Events
+from service.api.routes.events import Events
 from service.problems import ProblemError
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_async
-from worker.identifiers import new_job_id
-from worker.job_events import BEGINNING, EventFeed, JobEvent
-from worker.ledger import Ledger
-from worker.ledger_scripts import EVENTS_KEPT
-from worker.records import JobProgress, JobRecord
+from worker.broker.connections import connect_async
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.events import BEGINNING, EventFeed, JobEvent
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger
+from worker.jobs.ledger_scripts import EVENTS_KEPT
+from worker.jobs.records import JobProgress, JobRecord
 
 Found = TypeVar("Found")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from tests.integration.jobs import make_job
-from worker.identifiers import new_job_id
-from worker.job_index import JobFilter
-from worker.ledger import Ledger
-from worker.records import JobError, JobRecord, Verdict
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.index import JobFilter
+from worker.jobs.ledger import Ledger
+from worker.jobs.records import JobError, JobRecord, Verdict
 
 
 def listed(ledger: Ledger, wanted: JobFilter) -> list[str]:

@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 
 from tests.integration.jobs import make_job
-from worker.identifiers import new_job_id
-from worker.job_index import JobFilter
-from worker.ledger import Ledger, TransitionRefusedError, UnknownJobError
-from worker.records import Artifact, JobError, JobProgress, JobRecord
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.index import JobFilter
+from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord
 
 MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)
 ERROR = JobError(kind="infeasible", message="the pins contradict the caps")

@@ -6,11 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.identifiers import new_job_id
-from worker.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
-from worker.records import Artifact, JobError, JobProgress, JobRecord
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord
 
 MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)
 ERROR = JobError(kind="infeasible", message="the pins contradict the caps")

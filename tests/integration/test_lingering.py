@@ -9,7 +9,7 @@ import anyio
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from service.lingering import Lingering
+from service.api.middleware.lingering import Lingering
 from service.stack import Stack
 
 LARGE = 20_000_000  # bytes; more than buffers on the way take

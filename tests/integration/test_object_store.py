@@ -15,9 +15,9 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests.integration.object_store import ObjectStore, object_store
-from worker.blobs import BlobStore
-from worker.broker import EmbeddedBroker
+from worker.broker.embedded import EmbeddedBroker
 from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
 
 
 @pytest.fixture(scope="module")

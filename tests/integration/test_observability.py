@@ -17,8 +17,8 @@ from opentelemetry.proto.trace.v1.trace_pb2 import Span
 from prometheus_client.parser import text_string_to_metric_families
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from service.stack import Stack
 from tests.integration.waiting import wait_for
 from worker.settings import WorkerSettings

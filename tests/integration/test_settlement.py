@@ -8,11 +8,11 @@ import signal
 import pytest
 
 from tests.integration.jobs import make_job
-from worker.attendance import Cause, Ending
-from worker.horse import Death
-from worker.ledger import Ledger, TransitionRefusedError
-from worker.records import JobRecord
-from worker.settlement import settle
+from worker.jobs.ledger import Ledger, TransitionRefusedError
+from worker.jobs.records import JobRecord
+from worker.run.attendance import Cause, Ending
+from worker.run.horse import Death
+from worker.run.settlement import settle
 
 ATTEMPTS = 3
 SEGFAULT = Ending(Cause.DIED, Death(None, signal.SIGSEGV))

@@ -8,12 +8,12 @@ import pytest
 
 from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
-from service.children import STARTS_ALLOWED
 from service.client import Client
 from service.stack import Stack
+from service.stack.children import STARTS_ALLOWED
 from tests.integration.waiting import insist, wait_for
 from tests.processes import has_ended
-from worker.broker import EmbeddedBroker
+from worker.broker.embedded import EmbeddedBroker
 from worker.settings import WorkerSettings
 
 

@@ -11,11 +11,11 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from meshcone.files import MeshFile
-from service.app import create_app
+from service.api.app import create_app
 from service.settings import ServiceSettings
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_bytes
-from worker.queue import JobQueue
+from worker.broker.connections import connect_bytes
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.queue import JobQueue
 
 
 @pytest.mark.parametrize("reachable", [True, False], ids=["queue there", "queue gone"])

@@ -8,10 +8,10 @@ import pytest
 from redis import Redis
 
 from tests.integration.waiting import wait_for
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.identifiers import new_job_id
-from worker.upkeep import Turn
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.identifiers import new_job_id
+from worker.upkeep.main import Turn
 
 
 @pytest.fixture

@@ -15,15 +15,15 @@ import pytest
 from redis import Redis
 from standardwebhooks import Webhook
 
-from service.keys import KeyStore
+from service.access.keys import KeyStore
 from tests.integration.jobs import make_job
 from tests.integration.receiver import Receiver, receiving
 from tests.integration.waiting import wait_for
-from worker.broker import EmbeddedBroker
-from worker.connections import connect_text
-from worker.ledger import Ledger
-from worker.ledger_keys import WEBHOOKS
-from worker.records import JobRecord
+from worker.broker.connections import connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger
+from worker.jobs.ledger_keys import WEBHOOKS
+from worker.jobs.records import JobRecord
 from worker.webhooks.schedule import DUE, MESSAGES, TRIES
 
 SECRET = "whsec_" + base64.b64encode(bytes(range(32))).decode()

@@ -16,12 +16,12 @@ from tests import shapes
 from tests.integration.jobs import make_job
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended, horses_of
-from worker.blobs import BlobStore
-from worker.connections import connect_bytes, connect_text
-from worker.ledger import Ledger
-from worker.queue import JobQueue
-from worker.records import JobRecord, StoredFile
+from worker.broker.connections import connect_bytes, connect_text
+from worker.jobs.ledger import Ledger
+from worker.jobs.queue import JobQueue
+from worker.jobs.records import JobRecord, StoredFile
 from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
 
 PATIENCE = 60.0  # seconds
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from service.stack import Stack
-from worker.broker import EmbeddedBroker
+from worker.broker.embedded import EmbeddedBroker
 
 
 def look(**settings: str) -> subprocess.CompletedProcess[str]:

@@ -6,7 +6,7 @@ import asyncio
 import signal
 
 from meshcone.settings import load_settings
-from worker.connections import connect_async
+from worker.broker.connections import connect_async
 from worker.logs import configure_logging
 from worker.webhooks.delivery import Delivery
 from worker.webhooks.settings import WebhookSettings

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from worker.ledger_keys import WEBHOOKS
-from worker.records import FINAL_STATES
+from worker.jobs.ledger_keys import WEBHOOKS
+from worker.jobs.records import FINAL_STATES
 from worker.webhooks.messages import Message
 
 if TYPE_CHECKING:

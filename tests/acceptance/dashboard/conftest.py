@@ -9,9 +9,9 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
 from service.demo import asset
-from service.schemas import Job
 from service.stack import Stack
 from tests.acceptance.dashboard.browsing import launch, watched_page
 

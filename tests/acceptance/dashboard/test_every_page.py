@@ -9,8 +9,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from service.stack import Stack
 from tests import shapes
 from tests.acceptance.dashboard.browsing import PHONE, keep_picture, watched_page

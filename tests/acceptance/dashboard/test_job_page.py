@@ -13,8 +13,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels
 
 DRAWN = 4.0  # mean difference of the pixels, of 255, that no antialiasing makes

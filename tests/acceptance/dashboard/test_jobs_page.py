@@ -7,8 +7,8 @@ import re
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
+from service.api.schemas import Job
 from service.client import Client
-from service.schemas import Job
 from service.stack import Stack
 from tests.acceptance.dashboard.browsing import drop, keep_picture, watched_page
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from meshcone.certificate_file import CertificateFile, read_certificate
+from meshcone.certificate.file import CertificateFile, read_certificate
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
 from meshcone.refine import refine
-from meshcone.report import Report
+from meshcone.report.report import Report
 from meshcone.verify import verify
 
 

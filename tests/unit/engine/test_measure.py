@@ -12,7 +12,7 @@ from meshcone.files import MeshFile
 from meshcone.measure import measure
 from meshcone.options import Options, parse_options
 from meshcone.quality.records import Metrics
-from meshcone.report import MeasureReport
+from meshcone.report.report import MeasureReport
 from tests import shapes
 from tests.unit.engine.pairs import rough, smooth
 

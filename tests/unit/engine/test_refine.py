@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from meshcone.assets import read_asset
-from meshcone.certificate_file import read_certificate
+from meshcone.certificate.file import read_certificate
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.progress import Progress
 from meshcone.refine import Refinement, refine
-from meshcone.report import Report, diagnostics_csv
+from meshcone.report.report import Report, diagnostics_csv
 from tests.unit.engine.pairs import CAPPED, rough, smooth
 
 

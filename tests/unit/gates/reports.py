@@ -8,7 +8,7 @@ from meshcone.files import MeshFile
 from meshcone.measure import measure
 from meshcone.options import QualityOptions, parse_options
 from meshcone.refine import refine
-from meshcone.report import MeasureReport, Report
+from meshcone.report.report import MeasureReport, Report
 from tests import shapes
 
 RADIUS = 2.0  # of the reference, in model units

@@ -14,7 +14,7 @@ from meshcone.measure import measure
 from meshcone.options import parse_options
 from meshcone.quality.conventions import conventions
 from meshcone.quality.sampled import Sampling
-from meshcone.report import MeasureReport, Report
+from meshcone.report.report import MeasureReport, Report
 from tests import shapes
 from tests.unit.gates.reports import RADIUS, measured, reference, refined, spiked
 

@@ -9,7 +9,8 @@ import pytest
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from service.app import create_app
+from service.api.app import create_app
+from service.dashboard.routes import router
 from service.settings import ServiceSettings
 
 LOCAL = "http://127.0.0.1:8000"  # without keys, the service answers to names of this machine only
@@ -23,7 +24,7 @@ def app(tmp_path: Path) -> FastAPI:
         max_upload_bytes=100_000,
         max_resources=2,
     )
-    return create_app(settings, keys_required=False)
+    return create_app(settings, keys_required=False, pages=router)
 
 
 @pytest.fixture

@@ -5,10 +5,12 @@ import sys
 
 import pytest
 
-HEAVY = ("cvxpy", "scs", "trimesh", "igl", "meshcone.refine", "worker.task")
+HEAVY = ("cvxpy", "scs", "trimesh", "igl", "meshcone.refine", "worker.run.task")
 
 
-@pytest.mark.parametrize("module", ["service.app", "service.cli", "service.stack", "worker.queue"])
+@pytest.mark.parametrize(
+    "module", ["service.api.app", "service.cli", "service.stack", "worker.jobs.queue"]
+)
 def test_the_front_end_starts_without_the_solver(module: str) -> None:
     program = f"import sys, {module}; print([name for name in {HEAVY} if name in sys.modules])"
 

@@ -16,7 +16,7 @@ from meshcone.errors import (
 )
 from service.problems import PROBLEM_TYPES, problem_of
 from tests.unit.service.conftest import LOCAL
-from worker.identifiers import new_job_id
+from worker.jobs.identifiers import new_job_id
 
 BOUNDARY = {"Content-Type": "multipart/form-data; boundary=x"}
 

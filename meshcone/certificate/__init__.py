@@ -1,0 +1,1 @@
+"""The certificate: making it, storing it, and the optimum as a file stores it."""

@@ -1,0 +1,161 @@
+"""The certificate as a file: what, with the meshes and the report, lets anyone re-check it.
+
+An ``.npz`` archive of plain arrays (no pickles) holding the last round's starting point,
+its optimum, the multipliers that are not zero and their tension at each vertex, with a
+JSON document naming the files and settings it belongs to. Everything else of the program
+is rebuilt from the files.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from meshcone.errors import InputError
+from meshcone.options import Options
+from meshcone.program.answer import FinalProgram
+from meshcone.program.tension import vertex_tension
+from meshcone.report.report import Matrix
+from meshcone.surface.arrays import Floats, Ints
+
+_LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
+# What zipfile and numpy raise at bytes that are no archive of arrays, or a damaged one.
+_UNREADABLE = (
+    KeyError,
+    ValueError,  # pydantic's ValidationError among them
+    OSError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+class CertificateDocument(BaseModel):
+    """What the arrays belong to."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
+
+    schema_: Literal["meshcone.certificate/1"] = Field("meshcone.certificate/1", alias="schema")
+    version: str
+    source_sha256: str
+    reference_sha256: str
+    refined_sha256: str
+    source_resources: dict[str, str] = Field(
+        default_factory=dict, description="SHA-256 of each file that was sent with the source"
+    )
+    reference_resources: dict[str, str] = Field(default_factory=dict)
+    candidate: str = Field(description="name of the settings that were kept")
+    round_index: int = Field(ge=0, description="the last round, counted from 0")
+    alignment: Matrix | None = Field(
+        description="(4, 4) similarity by which the source was brought to the reference first"
+    )
+    options: Options
+
+
+@dataclass(frozen=True)
+class CertificateFile:
+    """A certificate's contents.
+
+    Attributes:
+        document: what it belongs to.
+        before: (n, 3) the last round's starting point, in the frame.
+        positions: (n, 3) its optimum, in the frame.
+        multipliers: by kind of cone: which (j,), and their values (j, dimension).
+        tension: (n,) norms of the multipliers at each vertex.
+    """
+
+    document: CertificateDocument
+    before: Floats
+    positions: Floats
+    multipliers: Mapping[str, tuple[Ints, Floats]]
+    tension: Floats
+
+    @staticmethod
+    def of(final: FinalProgram, document: CertificateDocument) -> CertificateFile:
+        """Take a certificate from a solved program."""
+        return CertificateFile(
+            document=document,
+            before=final.before,
+            positions=final.positions,
+            multipliers={e.family.kind: (e.which, e.values) for e in final.multipliers},
+            tension=vertex_tension(final.multipliers, len(final.positions)),
+        )
+
+    def to_bytes(self) -> bytes:
+        """Write the archive; the same certificate gives the same bytes."""
+        arrays: dict[str, Any] = {
+            "document": np.array(self.document.model_dump_json()),
+            "before": self.before,
+            "positions": self.positions,
+            "tension": self.tension,
+        }
+        for kind, (which, values) in self.multipliers.items():
+            arrays[f"which_{kind}"], arrays[f"values_{kind}"] = which, values
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **arrays)
+        return buffer.getvalue()
+
+
+def read_certificate(data: bytes, name: str) -> CertificateFile:
+    """Read an archive.
+
+    Raises:
+        InputError: it is no certificate, or one with arrays missing or of wrong shape.
+    """
+    try:
+        arrays = _read_arrays(data)
+        document = CertificateDocument.model_validate_json(str(arrays.pop("document")))
+        certificate = CertificateFile(
+            document=document,
+            before=_floats(arrays.pop("before")),
+            positions=_floats(arrays.pop("positions")),
+            tension=_floats(arrays.pop("tension")),
+            multipliers=_multipliers(arrays),
+        )
+    except _UNREADABLE as error:
+        raise InputError("this is not a MeshCone certificate", file=name) from error
+    count = certificate.tension.size
+    shapes = [certificate.before.shape, certificate.positions.shape, certificate.tension.shape]
+    if shapes != [(count, 3), (count, 3), (count,)]:
+        raise InputError("the certificate's arrays do not fit each other", file=name)
+    return certificate
+
+
+def _read_arrays(data: bytes) -> dict[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > _LARGEST_ARCHIVE:
+            raise ValueError("the archive unpacks to more than any certificate holds")
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+def _multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Ints, Floats]]:
+    kinds = [key.removeprefix("which_") for key in arrays if key.startswith("which_")]
+    multipliers = {
+        kind: (_indices(arrays.pop(f"which_{kind}")), _floats(arrays.pop(f"values_{kind}")))
+        for kind in kinds
+    }
+    if arrays:
+        raise ValueError(f"the archive holds an array of no meaning: {min(arrays)}")
+    return multipliers
+
+
+def _indices(array: Any) -> Ints:
+    if array.ndim != 1 or array.dtype.kind not in "iu":
+        raise ValueError("the array holds no indices")
+    return np.asarray(array, dtype=np.int64)
+
+
+def _floats(array: Any) -> Floats:
+    converted = np.asarray(array, dtype=np.float64)
+    if not np.all(np.isfinite(converted)):
+        raise ValueError("the array holds values that are not finite")
+    return converted

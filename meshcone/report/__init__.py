@@ -1,0 +1,1 @@
+"""The report: its models, scores, outcome and warnings about the data."""

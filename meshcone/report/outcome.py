@@ -1,0 +1,76 @@
+"""Deciding what may be said of a refinement, or of a mesh beside its reference."""
+
+from __future__ import annotations
+
+import math
+
+from meshcone.quality.records import Metrics
+from meshcone.report.report import Agreement, Outcome
+
+# Below this share of the radius a distance or a move is the rounding of the file's own numbers.
+ROUNDING = 1e-7
+# Two means that differ by less than so many standard errors may differ by the samples alone.
+_STANDARD_ERRORS = 2.0
+
+
+def decide_outcome(
+    before: Metrics,
+    after: Metrics,
+    floor: Metrics,
+    samples: int,
+    largest_move: float,
+    copied: bool,
+) -> Outcome:
+    """Name the outcome by the mean point-to-surface distance.
+
+    The rule, in this order:
+
+    1. ``reference_copy``: the program was anchored at the reference's own vertices;
+    2. ``indistinguishable``: input and refined are both at the floor;
+    3. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
+    4. ``indistinguishable``: input and refined differ by no more than the floor and twice
+       the standard error of the difference;
+    5. ``improved`` or ``worse``.
+
+    Args:
+        before: the input's metrics.
+        after: the refined mesh's.
+        floor: the reference's own.
+        samples: drawn from each surface.
+        largest_move: of any vertex, relative to the radius.
+        copied: whether the program was anchored at the reference's vertices.
+    """
+    if copied:
+        return "reference_copy"
+    if at_floor(before, floor) and at_floor(after, floor):
+        return "indistinguishable"
+    if largest_move <= ROUNDING:
+        return "unchanged"
+    was, now = before.point_to_surface.mean, after.point_to_surface.mean
+    error = math.hypot(_standard_error(before, samples), _standard_error(after, samples))
+    if abs(now - was) <= floor.point_to_surface.mean + ROUNDING + _STANDARD_ERRORS * error:
+        return "indistinguishable"
+    return "improved" if now < was else "worse"
+
+
+def decide_agreement(measured: Metrics, floor: Metrics) -> Agreement:
+    """Say whether a mesh can be told from its reference: whether it is at the floor."""
+    return "indistinguishable" if at_floor(measured, floor) else "different"
+
+
+def at_floor(measured: Metrics, floor: Metrics) -> bool:
+    """Whether a mesh lies as close to the reference as the reference to itself.
+
+    Point-to-surface distances are exact, so that their floor is rounding, and so is the
+    margin: 1e-7 of the radius.
+    """
+    return measured.point_to_surface.mean <= floor.point_to_surface.mean + ROUNDING
+
+
+def _standard_error(metrics: Metrics, samples: int) -> float:
+    """Standard error of the mean distance over the samples of both surfaces.
+
+    It is that of independent draws; low-discrepancy samples vary less.
+    """
+    distances = metrics.point_to_surface
+    return math.sqrt(max(distances.rms**2 - distances.mean**2, 0.0) / (2 * samples))

@@ -1,0 +1,117 @@
+"""Scoring meshes against the one reference of a job, with the floor beside them."""
+
+from __future__ import annotations
+
+from meshcone.options import Options
+from meshcone.quality.baselines import project, smooth
+from meshcone.quality.conventions import conventions
+from meshcone.quality.metrics import compare
+from meshcone.quality.records import Baselines, Metrics, Quality
+from meshcone.quality.sampled import SampledSurface, Sampling
+from meshcone.quality.validity import inspect
+from meshcone.quality.worst_points import worst_points
+from meshcone.stopwatch import Stopwatch
+from meshcone.surface import Frame, Mesh
+from meshcone.surface.arrays import Floats
+from meshcone.views.scene import Scene, Surface, spread_to_vertices
+
+
+class Scorer:
+    """A source and its reference, which is sampled once for all that is compared with it.
+
+    Attributes:
+        input: the source against the reference.
+        floor: the reference against itself, its second set of samples drawn independently.
+    """
+
+    def __init__(self, source: Mesh, reference: Mesh, options: Options) -> None:
+        """Score the source and find the floor.
+
+        Args:
+            source: in the reference's frame.
+            reference: in its own frame.
+            options: ``quality``, ``seed`` and ``baselines`` are read.
+        """
+        self._source, self._options = source, options
+        self._watch = Stopwatch()
+        chosen = options.quality
+        self._sampling = Sampling(
+            samples=chosen.samples,
+            emd_samples=chosen.emd_samples,
+            curvature_samples=min(chosen.curvature_samples, chosen.samples),
+            method=chosen.sampling,
+        )
+        self._reference = self._sampled(reference, self._reference_seed)
+        self._input = self._judged = self._sampled(source, options.seed)
+        self.input = self._score(self._judged)
+        self.floor = self._score(self._sampled(reference, options.seed))
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds each part of the metrics has taken so far, of all meshes together."""
+        return dict(self._watch.seconds)
+
+    def refined(self, mesh: Mesh) -> Metrics:
+        """Measure the source at other positions; its flipped faces are counted."""
+        self._judged = self._sampled(mesh, self._options.seed)
+        return self._score(self._judged, before=self._source)
+
+    def quality(self, refined: Metrics | None, frame: Frame) -> Quality:
+        """Put the metric sets beside the floor, the baselines and the conventions.
+
+        Args:
+            refined: what :meth:`refined` returned; None where nothing was refined.
+            frame: the frame the meshes are in.
+        """
+        with self._watch.stage("worst_points"):
+            worst = worst_points(self._judged, self._reference, frame)
+        return Quality(
+            input=self.input,
+            refined=refined,
+            floor=self.floor,
+            baselines=self._baselines() if self._options.baselines else None,
+            worst_points=worst,
+            conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
+        )
+
+    def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:
+        """What there is to see, with the distances that the metrics have needed anyway.
+
+        Args:
+            frame: the frame the meshes are in.
+            tension: of each vertex of the refined mesh, (n,).
+        """
+        judged = _surface(self._judged, self._reference)
+        changed = self._judged is not self._input
+        return Scene(
+            frame=frame,
+            input=_surface(self._input, self._reference) if changed else judged,
+            refined=judged if changed else None,
+            reference=_surface(self._reference, self._judged),
+            tension=tension,
+        )
+
+    @property
+    def _reference_seed(self) -> int:
+        return self._options.seed + 1
+
+    def _baselines(self) -> Baselines:
+        closest_point, laplacian = (
+            self._score(self._sampled(mesh, self._options.seed), before=self._source)
+            for mesh in (project(self._source, self._reference.tree), smooth(self._source))
+        )
+        return Baselines(closest_point=closest_point, laplacian=laplacian)
+
+    def _score(self, surface: SampledSurface, before: Mesh | None = None) -> Metrics:
+        with self._watch.stage("validity"):
+            validity = inspect(surface.mesh, self._options.quality.intersection_pairs, before)
+        return compare(surface, self._reference, validity, self._watch)
+
+    def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:
+        with self._watch.stage("sampling"):
+            return SampledSurface(mesh, self._sampling, seed)
+
+
+def _surface(surface: SampledSurface, other: SampledSurface) -> Surface:
+    distances = surface.closest_on(other).distances[len(surface.samples.points) :]
+    return Surface(surface.mesh, spread_to_vertices(surface.mesh, distances))

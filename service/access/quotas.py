@@ -1,0 +1,179 @@
+"""What each API key may use: requests a minute, jobs at a time, bytes a day.
+
+The broker counts, so that all API processes count together; each count is one script, so
+that two requests cannot both take the last place. Requests are paced by the generic cell
+rate algorithm: one number a key, no window whose end lets twice the limit pass.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from service.problems import ProblemError, problem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from redis import Redis
+    from redis.asyncio import Redis as AsyncRedis
+
+    from service.access.keys import ApiKey, Quota
+    from service.settings import ServiceSettings
+
+WINDOW = 60  # seconds
+_DAY = 86_400  # seconds
+_SETTLING = 60  # seconds a job may take from its quota to the ledger
+
+_PACE = """
+-- KEYS[1]: when the requests so far would have come at an even pace. ARGV: limit, window
+local time = redis.call('TIME')
+local now = tonumber(time[1]) + tonumber(time[2]) / 1e6
+local window = tonumber(ARGV[2])
+local interval = window / tonumber(ARGV[1])
+local due = math.max(tonumber(redis.call('GET', KEYS[1]) or '0'), now)
+local wait = due + interval - window - now
+if wait > 1e-6 then return {0, 0, math.ceil(wait)} end
+due = due + interval
+redis.call('SET', KEYS[1], string.format('%.6f', due), 'EX', math.ceil(due - now))
+return {1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due - now)}
+"""
+
+_RESERVE = """
+-- KEYS: the key's jobs by the time they were let in; its bytes of the day.
+-- ARGV: job id, bytes, jobs allowed, bytes allowed (0 for any number), day in seconds,
+--       seconds in which a job has reached the ledger
+local time = tonumber(redis.call('TIME')[1])
+local jobs, bytes = tonumber(ARGV[3]), tonumber(ARGV[4])
+if jobs > 0 and redis.call('ZCARD', KEYS[1]) >= jobs then
+  -- The ledger says what became of them: a count of our own could drift from it.
+  for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, -1)) do
+    local state = redis.call('HGET', 'meshcone:job:' .. id, 'state')
+    local entered = tonumber(redis.call('ZSCORE', KEYS[1], id))
+    local lost = not state and entered < time - tonumber(ARGV[6])
+    if lost or (state and state ~= 'queued' and state ~= 'running') then
+      redis.call('ZREM', KEYS[1], id)
+    end
+  end
+  if redis.call('ZCARD', KEYS[1]) >= jobs then return {'jobs', 0} end
+end
+local used = tonumber(redis.call('GET', KEYS[2]) or '0')
+if bytes > 0 and used + tonumber(ARGV[2]) > bytes then
+  return {'bytes', math.max(redis.call('TTL', KEYS[2]), 1)}
+end
+redis.call('ZADD', KEYS[1], time, ARGV[1])
+redis.call('EXPIRE', KEYS[1], 30 * tonumber(ARGV[5]))
+redis.call('INCRBY', KEYS[2], ARGV[2])
+redis.call('EXPIRE', KEYS[2], ARGV[5], 'NX')
+return {'', 0}
+"""
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """A quota with the installation's own values where the key has none; 0 is no limit."""
+
+    requests_per_minute: int
+    active_jobs: int
+    daily_bytes: int
+
+    @classmethod
+    def of(cls, quota: Quota, settings: ServiceSettings) -> Allowance:
+        """What a key may use here."""
+
+        def chosen(own: int | None, default: int) -> int:
+            return default if own is None else own
+
+        return cls(
+            chosen(quota.requests_per_minute, settings.key_requests_per_minute),
+            chosen(quota.active_jobs, settings.key_active_jobs),
+            chosen(quota.daily_bytes, settings.key_daily_bytes),
+        )
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Where a key stands after a request.
+
+    Attributes:
+        allowed: whether the request may pass.
+        limit: requests a minute.
+        remaining: requests that could follow at once.
+        seconds: until all of them are there again or, if it may not pass, until one is.
+    """
+
+    allowed: bool
+    limit: int
+    remaining: int
+    seconds: int
+
+    def headers(self) -> Mapping[str, str]:
+        """The fields of draft-ietf-httpapi-ratelimit-headers-10, and Retry-After if refused."""
+        fields = {
+            "RateLimit-Policy": f'"requests";q={self.limit};w={WINDOW}',
+            "RateLimit": f'"requests";r={self.remaining};t={self.seconds}',
+        }
+        return fields if self.allowed else {**fields, "Retry-After": str(self.seconds)}
+
+
+class RateLimiter:
+    """Paces the requests of each key.
+
+    Args:
+        client: a connection whose replies are strings.
+    """
+
+    def __init__(self, client: AsyncRedis) -> None:
+        self._pace = client.register_script(_PACE)
+
+    async def take(self, key_id: str, limit: int) -> Pace | None:
+        """Count a request; None if any number is allowed."""
+        if limit == 0:
+            return None
+        keys = [f"meshcone:pace:{key_id}"]
+        allowed, remaining, seconds = await self._pace(keys=keys, args=[limit, WINDOW])
+        return Pace(bool(allowed), limit, int(remaining), int(seconds))
+
+
+class JobQuotas:
+    """Counts the jobs and the bytes of each key.
+
+    Args:
+        client: a connection whose replies are strings.
+        settings: what keys may use that have no quota of their own.
+    """
+
+    def __init__(self, client: Redis, settings: ServiceSettings) -> None:
+        self._reserve = client.register_script(_RESERVE)
+        self._settings = settings
+
+    def reserve(self, key: ApiKey, job_id: str, size: int) -> None:
+        """Let a job of ``size`` bytes in, before anything of it is kept.
+
+        What is reserved for a job that never reaches the ledger is free again a minute later.
+
+        Raises:
+            ProblemError: the key has too many jobs, or has sent too many bytes; it says
+                when to try again.
+        """
+        allowance = Allowance.of(key.quota, self._settings)
+        keys = [f"meshcone:key:{key.id}:jobs", f"meshcone:key:{key.id}:bytes"]
+        limits = [allowance.active_jobs, allowance.daily_bytes, _DAY, _SETTLING]
+        arguments: list[Any] = [job_id, size, *limits]
+        reason, seconds = self._reserve(keys=keys, args=arguments)
+        if reason == "jobs":
+            raise _exceeded(
+                f"{allowance.active_jobs} jobs of this key are queued or running, "
+                "as many as it may have",
+                self._settings.retry_after * 10,
+            )
+        if reason == "bytes":
+            raise _exceeded(
+                f"the {allowance.daily_bytes} bytes this key may send a day are used up",
+                math.ceil(float(seconds)),
+            )
+
+
+def _exceeded(detail: str, seconds: int) -> ProblemError:
+    return ProblemError(problem("quota", detail), {"Retry-After": str(seconds)})

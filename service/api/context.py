@@ -1,0 +1,85 @@
+"""What a request handler works with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from anyio import CapacityLimiter
+from fastapi import Depends, Request
+
+from service.access.quotas import JobQuotas
+from service.api.schemas import Job
+from worker.broker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
+from worker.jobs.ledger import Ledger
+from worker.jobs.queue import JobQueue
+from worker.jobs.records import JobRecord
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
+
+if TYPE_CHECKING:
+    from redis import Redis
+
+    from service.settings import ServiceSettings
+
+_CHECKS_AT_ONCE = 2
+
+
+@dataclass(frozen=True)
+class Context:
+    """The rooms behind the front end, connected.
+
+    Attributes:
+        redis: the broker, with replies that are strings.
+        quotas: what each API key may still send.
+        register: which files are needed.
+        checks: lets few files be read at one time. Reading is work for a processor, takes
+            several times a file's size in memory, and would keep every thread of the API
+            from whoever only looks at a job.
+    """
+
+    settings: ServiceSettings
+    redis: Redis
+    ledger: Ledger
+    queue: JobQueue
+    blobs: BlobStore
+    quotas: JobQuotas
+    register: BlobRegister
+    checks: CapacityLimiter
+
+    def job(self, record: JobRecord) -> Job:
+        """What the API says of a record."""
+        return Job.of(record, self.settings.result_ttl)
+
+
+@contextmanager
+def open_context(settings: ServiceSettings) -> Iterator[Context]:
+    """Connect; nothing is sent before it is needed, so a broker that is down is no obstacle.
+
+    Raises:
+        InputError: no broker is configured.
+    """
+    url = settings.required_redis_url()
+    queue_client = connect_bytes(url)
+    queue_client.connection_pool.connection_kwargs["socket_timeout"] = REPLY_TIMEOUT
+    with connect_text(url) as client, queue_client:
+        yield Context(
+            settings=settings,
+            redis=client,
+            ledger=Ledger(client),
+            queue=JobQueue(settings, queue_client),
+            blobs=BlobStore.open(settings),
+            quotas=JobQuotas(client, settings),
+            register=BlobRegister(client),
+            checks=CapacityLimiter(_CHECKS_AT_ONCE),
+        )
+
+
+def _context(request: Request) -> Context:
+    context: Context = request.app.state.context
+    return context
+
+
+ContextDependency = Annotated[Context, Depends(_context)]

@@ -1,0 +1,123 @@
+"""Routes: look after jobs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Response, status
+
+from service.api.context import ContextDependency
+from service.api.cursors import cursor_after, job_before
+from service.api.schemas import JOBS_PATH, Job, JobList
+from service.api.submission.uploads import LABEL_LENGTH, MAX_LABELS
+from service.problems import MEDIA_TYPE, ProblemError, problem
+from worker.jobs.identifiers import is_job_id
+from worker.jobs.index import JobFilter
+from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
+from worker.jobs.records import JobRecord, JobState, Verdict
+
+router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+
+_CONFLICT: dict[str, Any] = {
+    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
+}
+_CANCELED: dict[int | str, dict[str, Any]] = {
+    200: {"description": "the job is canceled"},
+    202: {"description": "the job runs, is asked to stop and will end as canceled", "model": Job},
+    409: {"description": "the job has succeeded or failed already", **_CONFLICT},
+}
+_DELETED: dict[int | str, dict[str, Any]] = {
+    409: {"description": "the job is queued or running: cancel it first", **_CONFLICT}
+}
+
+LabelQuery = Annotated[
+    list[Annotated[str, Query(max_length=LABEL_LENGTH)]],
+    Query(max_length=MAX_LABELS, description="repeated: jobs that have all of them"),
+]
+
+
+def find_job(job_id: str, context: ContextDependency) -> JobRecord:
+    """The job a path names, as a dependency.
+
+    Raises:
+        ProblemError: there is none.
+    """
+    if is_job_id(job_id):
+        try:
+            return context.ledger.get(job_id)
+        except UnknownJobError:
+            pass
+    raise _unknown()
+
+
+FoundJob = Annotated[JobRecord, Depends(find_job)]
+
+
+@router.get("", summary="List jobs, newest first")
+def list_jobs(
+    context: ContextDependency,
+    state: JobState | None = None,
+    label: LabelQuery = [],  # noqa: B006 - the framework copies it
+    verdict: Annotated[Verdict | None, Query(description="what the gates say")] = None,
+    cursor: Annotated[str | None, Query(description="`next` of the page before")] = None,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+) -> JobList:
+    """A page of the jobs that state, labels and verdict select.
+
+    They are listed by the time they were sent, so that none moves while pages are turned.
+    """
+    after = None if cursor is None else job_before(cursor)
+    if cursor is not None and after is None:
+        raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
+    wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label))
+    page = context.ledger.index.page(limit, cursor=after, wanted=wanted)
+    following = None if page.cursor is None else cursor_after(page.cursor)
+    return JobList(jobs=[context.job(record) for record in page.jobs], next=following)
+
+
+@router.get("/{job_id}", summary="Look at a job")
+def get_job(record: FoundJob, context: ContextDependency, response: Response) -> Job:
+    """A job as it is now."""
+    response.headers["Cache-Control"] = "no-store"
+    if not record.has_ended:
+        response.headers["Retry-After"] = str(context.settings.retry_after)
+    return context.job(record)
+
+
+@router.post("/{job_id}/cancel", responses=_CANCELED, summary="Cancel a job")
+def cancel_job(record: FoundJob, context: ContextDependency, response: Response) -> Job:
+    """Cancel a queued job at once, or ask a running one to stop; repeating it does no harm."""
+    try:
+        state = context.ledger.cancel(record.id)
+        now = context.ledger.get(record.id)
+    except TransitionRefusedError as refusal:
+        raise ProblemError(problem("finished", f"the job has {refusal.state}")) from None
+    except UnknownJobError:
+        raise _unknown() from None
+    if state == "running":
+        response.status_code = status.HTTP_202_ACCEPTED
+        response.headers["Retry-After"] = str(context.settings.retry_after)
+    return context.job(now)
+
+
+@router.delete(
+    "/{job_id}",
+    status_code=status.HTTP_204_NO_CONTENT,
+    responses=_DELETED,
+    summary="Delete a job",
+)
+def delete_job(record: FoundJob, context: ContextDependency) -> None:
+    """Remove a job that has ended, with the files that no other job has."""
+    try:
+        context.ledger.delete(record.id)
+    except TransitionRefusedError as refusal:
+        raise ProblemError(
+            problem("not-finished", f"the job is {refusal.state}: cancel it first")
+        ) from None
+    except UnknownJobError:
+        raise _unknown() from None
+    context.register.sweep(context.blobs)
+
+
+def _unknown() -> ProblemError:
+    return ProblemError(problem("not-found", "there is no such job"))

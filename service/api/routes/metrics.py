@@ -1,0 +1,178 @@
+"""``/metrics``: what the ledger counts, in Prometheus' text format.
+
+Everything is read from the broker when it is asked for, so every API process gives the same
+answer and none has a count of its own to lose. Of the processes themselves, whoever runs
+them knows more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, get_args
+
+from fastapi import APIRouter, Response
+from prometheus_client import CollectorRegistry
+from prometheus_client.core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    Metric,
+)
+from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client.registry import Collector
+
+from meshcone.errors import ErrorKind
+from service.api.context import ContextDependency
+from worker.jobs.ledger_keys import WEBHOOKS
+from worker.jobs.records import JobState
+from worker.jobs.tallies import (
+    ITERATIONS,
+    ROUNDS,
+    SECONDS,
+    SOLVER_ITERATIONS,
+    STAGE_SECONDS,
+    STAGES,
+    bucket,
+)
+from worker.webhooks.schedule import DUE
+
+if TYPE_CHECKING:
+    from service.api.context import Context
+
+router = APIRouter(tags=["health"])
+
+_TEXT: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/plain": {"schema": {"type": "string"}}}}
+}
+
+
+@router.get("/metrics", response_class=Response, responses=_TEXT)
+def metrics(context: ContextDependency) -> Response:
+    """The service's metrics, in the text format of Prometheus."""
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(LedgerCollector(context))
+    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+class LedgerCollector(Collector):
+    """Reads the broker once for each scrape."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    def collect(self) -> Iterable[Metric]:
+        """Every metric with its present value.
+
+        Raises:
+            RedisError: the broker cannot be asked.
+        """
+        counters = self._context.ledger.index.counters()
+        yield from self._present()
+        yield _by_label(
+            "meshcone_transitions",
+            "Steps of jobs from one state to another; none is from 'new'.",
+            ("from", "to"),
+            {
+                tuple(part or "new" for part in name.split(":")[1:]): value
+                for name, value in counters.items()
+                if name.startswith("transitions:")
+            },
+        )
+        kinds = get_args(ErrorKind)
+        yield _by_label(
+            "meshcone_failures",
+            "Jobs that failed, by whose turn it is.",
+            ("kind",),
+            {(kind,): counters.get(f"failures:{kind}", 0) for kind in kinds},
+        )
+        for name in ("expired", "deleted"):
+            yield CounterMetricFamily(
+                f"meshcone_jobs_{name}", f"Jobs {name}.", value=counters.get(name, 0)
+            )
+        yield _by_label(
+            "meshcone_state_seconds",
+            "Seconds jobs have spent in a state before they left it.",
+            ("state",),
+            {
+                (name.split(":")[1],): value
+                for name, value in counters.items()
+                if name.startswith("seconds:")
+            },
+        )
+        yield from _of_the_work(counters)
+
+    def _present(self) -> Iterable[Metric]:
+        index = self._context.ledger.index
+        jobs = GaugeMetricFamily(
+            "meshcone_jobs", "Jobs by state; an ended one until it expires.", labels=["state"]
+        )
+        for state in get_args(JobState):
+            jobs.add_metric([state], index.count(state))
+        yield jobs
+        yield GaugeMetricFamily(
+            "meshcone_queue_depth", "Jobs that wait for a worker.", value=index.count("queued")
+        )
+        oldest = GaugeMetricFamily(
+            "meshcone_oldest_job_seconds",
+            "How long the job has been in its state that has been there longest.",
+            labels=["state"],
+        )
+        waiting: tuple[JobState, ...] = ("queued", "running")
+        for state in waiting:
+            oldest.add_metric([state], index.longest(state))
+        yield oldest
+        yield GaugeMetricFamily(
+            "meshcone_workers",
+            "Workers that have been heard of lately.",
+            value=self._context.queue.worker_count(),
+        )
+        client = self._context.redis
+        yield GaugeMetricFamily(
+            "meshcone_webhooks_pending",
+            "Webhooks not delivered yet, those to be tried again among them.",
+            value=client.zcard(DUE) + client.xlen(WEBHOOKS),
+        )
+
+
+def _of_the_work(counters: Mapping[str, float]) -> Iterable[Metric]:
+    seconds = HistogramMetricFamily(
+        "meshcone_stage_seconds", "Seconds of each stage of jobs that succeeded.", labels=["stage"]
+    )
+    for stage in STAGES:
+        name = f"{STAGE_SECONDS}:{stage}"
+        seconds.add_metric([stage], *_histogram(counters, name, SECONDS))
+    yield seconds
+    iterations = HistogramMetricFamily(
+        "meshcone_solver_iterations", "Iterations of each call of the conic solver SCS."
+    )
+    iterations.add_metric([], *_histogram(counters, SOLVER_ITERATIONS, ITERATIONS))
+    yield iterations
+    yield _by_label(
+        "meshcone_rounds",
+        "Rounds solved, by what solved them.",
+        ("method",),
+        {
+            (name.split(":")[1],): value
+            for name, value in counters.items()
+            if name.startswith(f"{ROUNDS}:")
+        },
+    )
+
+
+def _histogram(
+    counters: Mapping[str, float], name: str, bounds: Sequence[float]
+) -> tuple[list[tuple[str, float]], float]:
+    buckets, below = [], 0.0
+    for bound in bounds:
+        below += counters.get(bucket(name, bound), 0)
+        buckets.append(("+Inf" if bound == float("inf") else f"{bound:g}", below))
+    return buckets, counters.get(f"{name}:sum", 0)
+
+
+def _by_label(
+    name: str, words: str, labels: Sequence[str], values: Mapping[tuple[str, ...], float]
+) -> Metric:
+    family = CounterMetricFamily(name, words, labels=labels)
+    for key, value in sorted(values.items()):
+        family.add_metric(key, value)
+    return family

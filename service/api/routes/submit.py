@@ -1,0 +1,87 @@
+"""Route: submit a job."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from anyio import to_thread
+from fastapi import APIRouter, Depends, Response, status
+from starlette.concurrency import run_in_threadpool
+
+from service.api.context import Context, ContextDependency
+from service.api.preferences import PreferHeader, preferred_wait
+from service.api.routes.events import EventsDependency
+from service.api.schemas import JOBS_PATH, Job, job_path
+from service.api.sender import ClaimDependency, Sender, SenderDependency
+from service.api.submission.form import SUBMISSION_FORM
+from service.api.submission.submission import (
+    accept,
+    check_meshes,
+    gather,
+    made_before,
+    require_signable,
+)
+from service.api.submission.uploads import Submission, read_submission
+from worker.jobs.idempotency import Claim
+from worker.jobs.records import JobRecord
+
+router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+
+_ANSWERS: dict[int | str, dict[str, Any]] = {
+    200: {"description": "the job, which has ended: for `Prefer: wait`", "model": Job},
+    202: {
+        "description": "the job, which is queued",
+        "headers": {
+            "Location": {"description": "where the job is", "schema": {"type": "string"}},
+            "Retry-After": {
+                "description": "seconds after which to look at it",
+                "schema": {"type": "integer"},
+            },
+        },
+    },
+}
+
+
+@router.post(
+    "",
+    status_code=status.HTTP_202_ACCEPTED,
+    response_model=Job,
+    responses=_ANSWERS,
+    openapi_extra=SUBMISSION_FORM,
+    summary="Submit a mesh and its reference",
+)
+async def submit_job(
+    claim: ClaimDependency,  # before the form: nothing is read of a request not let in
+    submission: Annotated[Submission, Depends(read_submission)],
+    context: ContextDependency,
+    sender: SenderDependency,
+    events: EventsDependency,
+    response: Response,
+    prefer: PreferHeader = None,
+) -> Job:
+    """Queue a refinement of `source` towards `reference`, or a measurement."""
+    record = await _accept(submission, claim, sender, context)
+    wait = preferred_wait(prefer)
+    if wait is not None and await events.wait_for_end(record.id, wait):
+        record = await run_in_threadpool(context.ledger.get, record.id)
+        response.headers["Preference-Applied"] = f"wait={wait}"
+    response.headers["Location"] = job_path(record.id)
+    if record.has_ended:
+        response.status_code = status.HTTP_200_OK
+    else:
+        response.headers["Retry-After"] = str(context.settings.retry_after)
+    return context.job(record)
+
+
+async def _accept(
+    submission: Submission, claim: Claim | None, sender: Sender, context: Context
+) -> JobRecord:
+    require_signable(submission, sender, context)
+    parcel = await run_in_threadpool(gather, submission, context)
+    if claim is not None:
+        made = await run_in_threadpool(made_before, parcel, claim, context)
+        if made is not None:
+            return made
+    if parcel.size <= context.settings.precheck_bytes:
+        await to_thread.run_sync(check_meshes, parcel, context.blobs, limiter=context.checks)
+    return await run_in_threadpool(accept, parcel, claim, sender, context)

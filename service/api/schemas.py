@@ -1,0 +1,156 @@
+"""What the API says of a job."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from service.problems import Problem, problem_of
+from worker.jobs.records import JobProgress, JobRecord, JobState, StoredFile, Verdict
+from worker.jobs.summaries import JobSummary
+
+JOBS_PATH = "/v1/jobs"
+LABEL_LENGTH = 200  # characters
+# Where each artifact of a job is, below the job.
+_RESULTS = {
+    "mesh": "mesh",
+    "report": "report",
+    "certificate": "certificate",
+    "preview": "preview.glb",
+    "heatmap": "heatmap.glb",
+    "diagnostics_csv": "diagnostics.csv",
+}
+
+
+class NamedBlob(BaseModel):
+    """A file that was sent before, by ``PUT /v1/blobs/{sha256}``, and what it is to be called."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(description="file name; its suffix tells the format")
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+
+
+class SentFile(BaseModel):
+    """A file as it was received."""
+
+    name: str
+    size: int = Field(description="bytes")
+    sha256: str
+
+    @classmethod
+    def of(cls, file: StoredFile) -> SentFile:
+        """The public part of a stored file."""
+        return cls(name=file.name, size=file.size, sha256=file.digest)
+
+
+class JobLinks(BaseModel):
+    """Where to go from here; results have links once the job has succeeded."""
+
+    self: str
+    events: str | None = Field(default=None, description="absent once the job has expired")
+    cancel: str | None = Field(default=None, description="absent once the job has ended")
+    mesh: str | None = Field(default=None, description="absent where nothing was refined")
+    report: str | None = None
+    certificate: str | None = Field(
+        default=None, description="absent where nothing was refined or the input was kept as it was"
+    )
+    preview: str | None = Field(
+        default=None, description="a light copy of input, refined mesh and reference, as GLB"
+    )
+    heatmap: str | None = Field(
+        default=None, description="the refined mesh coloured by deviation and tension, as GLB"
+    )
+    diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
+    diagnostics_csv: str | None = Field(
+        default=None, description="absent where nothing was refined"
+    )
+
+
+class Job(BaseModel):
+    """A refinement or a measurement, from its submission on."""
+
+    id: str
+    state: JobState
+    attempt: int = Field(description="times it has been started")
+    labels: list[str]
+    created: datetime
+    started: datetime | None
+    finished: datetime | None
+    cancel_requested: datetime | None = Field(
+        description="when it was to be canceled while it ran; it ends as canceled"
+    )
+    expires: datetime | None = Field(
+        description="when its files go, once it has ended; null where they are kept for ever"
+    )
+    expired: datetime | None = Field(description="when its files went: there is no result any more")
+    source: SentFile
+    reference: SentFile
+    resources: list[SentFile]
+    options: dict[str, Any] = Field(description="every option with its value")
+    progress: JobProgress | None
+    error: Problem | None = Field(description="why it failed")
+    verdict: Verdict | None = Field(description="what the gates say, once it has succeeded")
+    summary: JobSummary | None = Field(description="what the report says, in short")
+    links: JobLinks
+
+    @classmethod
+    def of(cls, record: JobRecord, result_ttl: int = 0) -> Job:
+        """The public view of a ledger's record.
+
+        Args:
+            record: the job.
+            result_ttl: seconds the files of a job that has ended are kept; 0 for ever.
+        """
+        expires = None
+        if record.finished is not None and result_ttl:
+            expires = record.finished + timedelta(seconds=result_ttl)
+        return cls(
+            id=record.id,
+            state=record.state,
+            attempt=record.attempt,
+            labels=list(record.labels),
+            created=record.created,
+            started=record.started,
+            finished=record.finished,
+            cancel_requested=record.cancel_requested,
+            expires=expires,
+            expired=record.expired,
+            source=SentFile.of(record.source),
+            reference=SentFile.of(record.reference),
+            resources=[SentFile.of(file) for file in record.resources],
+            options=record.options,
+            progress=record.progress,
+            error=problem_of(record.error) if record.error else None,
+            verdict=record.verdict,
+            summary=record.summary,
+            links=_links(record),
+        )
+
+
+class JobList(BaseModel):
+    """Some jobs, newest first."""
+
+    jobs: list[Job]
+    next: str | None = Field(
+        description="where the list goes on; a filtered page can be short and still have one"
+    )
+
+
+def job_path(job_id: str) -> str:
+    """The path of a job."""
+    return f"{JOBS_PATH}/{job_id}"
+
+
+def _links(record: JobRecord) -> JobLinks:
+    path = job_path(record.id)
+    if record.expired is not None:
+        return JobLinks(self=path)
+    links = {name: f"{path}/{tail}" for name, tail in _RESULTS.items() if name in record.artifacts}
+    if "diagnostics_csv" in links:
+        links["diagnostics"] = f"{path}/diagnostics"
+    if not record.has_ended:
+        links["cancel"] = f"{path}/cancel"
+    return JobLinks(self=path, events=f"{path}/events", **links)

@@ -1,0 +1,98 @@
+"""Who sends a request, and under what name it is followed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Annotated
+
+import structlog
+from fastapi import Depends, Header, Request
+from redis.exceptions import RedisError
+
+from service.access.keys import ApiKey
+from service.api.context import ContextDependency
+from service.problems import ProblemError, problem, queue_full
+from worker.jobs.idempotency import Claim, KeyClaims, KeyInUseError, key_place
+from worker.run.tracing import current_context
+
+_KEY_LENGTH = 255  # characters
+
+
+@dataclass(frozen=True)
+class Sender:
+    """Who sends a request.
+
+    Attributes:
+        key: the API key it came with, if it did.
+        context: what its log lines and its trace begin with.
+    """
+
+    key: ApiKey | None
+    context: dict[str, str]
+
+    @property
+    def owner(self) -> str | None:
+        """The key's id."""
+        return None if self.key is None else self.key.id
+
+
+def _sender(request: Request) -> Sender:
+    bound = structlog.contextvars.get_contextvars()
+    names = {name: str(bound[name]) for name in ("request_id",) if name in bound}
+    return Sender(getattr(request.state, "key", None), {**names, **current_context()})
+
+
+SenderDependency = Annotated[Sender, Depends(_sender)]
+
+
+def _claim(
+    context: ContextDependency,
+    sender: SenderDependency,
+    idempotency_key: Annotated[
+        str | None,
+        Header(
+            min_length=1,
+            max_length=_KEY_LENGTH,
+            pattern=r"^[\x20-\x7e]+$",
+            description="chosen by the client; requests with the same key and the same content "
+            "make one job, for a day",
+        ),
+    ] = None,
+) -> Iterator[Claim | None]:
+    """Let a request in before its body is read, and claim its Idempotency-Key while it lasts.
+
+    Raises:
+        ProblemError: the queue is full, or a request with the same key is under way.
+    """
+    if idempotency_key is None:
+        _require_room(context)
+        yield None
+        return
+    claims = KeyClaims(context.redis)
+    try:
+        claim = claims.claim(key_place(sender.owner or "", idempotency_key))
+    except KeyInUseError:
+        raise ProblemError(
+            problem("key-in-use", "a request with this Idempotency-Key is under way"),
+            {"Retry-After": str(context.settings.retry_after)},
+        ) from None
+    try:
+        if claim.job_id is None:
+            _require_room(context)
+        yield claim
+    finally:
+        claims.release(claim)
+
+
+def _require_room(context: ContextDependency) -> None:
+    # The ledger decides; this only spares a client the sending of files nobody will take.
+    # While the broker is away a form is still told what is wrong with it.
+    with suppress(RedisError):
+        if context.ledger.index.count("queued") >= context.settings.queue_capacity:
+            raise queue_full()
+
+
+# Released before the answer is sent: whoever has it may use the key again at once.
+ClaimDependency = Annotated[Claim | None, Depends(_claim, scope="function")]

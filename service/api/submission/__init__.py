@@ -1,0 +1,1 @@
+"""From an uploaded form to a queued job."""

@@ -1,0 +1,65 @@
+"""The form that submits a job, as the API's description shows it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from service.api.schemas import LABEL_LENGTH, NamedBlob
+from service.api.submission.uploads import MAX_LABELS
+from worker.webhooks.addresses import URL_LENGTH
+
+_BYTES = {"type": "string", "contentMediaType": "application/octet-stream"}
+_BLOB = {
+    "type": "string",
+    "contentMediaType": "application/json",
+    "contentSchema": NamedBlob.model_json_schema(),
+    "description": 'a file sent before: {"name": "mug.glb", "sha256": "…"}',
+}
+
+
+def _file(description: str) -> dict[str, Any]:
+    return {"anyOf": [_BYTES, _BLOB], "description": description}
+
+
+SUBMISSION_FORM: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["source", "reference", "options"],
+                    "properties": {
+                        "source": _file("the mesh to refine, as a file or by its hash"),
+                        "reference": _file("the mesh to refine it towards"),
+                        "options": {
+                            "type": "string",
+                            "contentMediaType": "application/json",
+                            "contentSchema": {"$ref": "#/components/schemas/Options"},
+                            "description": "a JSON object; {} for the defaults",
+                        },
+                        "resources": {
+                            "type": "array",
+                            "items": {"anyOf": [_BYTES, _BLOB]},
+                            "description": "files that a .gltf or .obj names: buffers, materials",
+                        },
+                        "label": {
+                            "type": "array",
+                            "items": {"type": "string", "maxLength": LABEL_LENGTH},
+                            "maxItems": MAX_LABELS,
+                            "description": "names to find the job by, a field each",
+                        },
+                        "webhook": {
+                            "type": "string",
+                            "format": "uri",
+                            "maxLength": URL_LENGTH,
+                            "description": "where to say that the job has ended, signed as "
+                            "standardwebhooks.com describes",
+                        },
+                    },
+                    "additionalProperties": False,
+                }
+            }
+        },
+    }
+}

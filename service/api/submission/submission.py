@@ -1,0 +1,233 @@
+"""From a sound form to a queued job."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import structlog
+from redis.exceptions import RedisError
+
+from meshcone.assets import read_asset
+from meshcone.errors import InputError
+from meshcone.options import Options
+from service.api.context import Context
+from service.api.submission.uploads import NamedBlob, Submission, Upload
+from service.problems import ProblemError, problem, queue_full
+from worker.jobs.idempotency import BoundKey, Claim
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import KeyReusedError, QueueFullError, UnknownJobError
+from worker.jobs.records import JobRecord, StoredFile
+from worker.storage.blobs import BlobStore, digest_of
+from worker.storage.register import BlobBusyError
+
+if TYPE_CHECKING:
+    from service.api.sender import Sender
+
+logger = structlog.get_logger(__name__)
+
+KEY_REMEMBERED = 86_400  # seconds; a client that repeats itself later has forgotten why
+
+
+@dataclass(frozen=True)
+class IncomingFile:
+    """A file of a submission, wherever its bytes are now."""
+
+    stored: StoredFile
+    upload: Upload | None  # None if it was sent before
+
+    def read(self, blobs: BlobStore) -> bytes:
+        """All of its bytes."""
+        return blobs.get(self.stored.digest) if self.upload is None else self.upload.read()
+
+    def keep(self, blobs: BlobStore) -> None:
+        """Have it in the store."""
+        if self.upload is not None:
+            blobs.put_file(self.upload.file)
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A submission whose files are known by their digests, and the id its job will have."""
+
+    job_id: str
+    source: IncomingFile
+    reference: IncomingFile
+    resources: tuple[IncomingFile, ...]
+    options: Options
+    labels: tuple[str, ...]
+    webhook: str | None
+
+    @property
+    def files(self) -> tuple[IncomingFile, ...]:
+        """All of them."""
+        return (self.source, self.reference, *self.resources)
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files together."""
+        return sum(file.stored.size for file in self.files)
+
+    def fingerprint(self) -> str:
+        """A digest that is the same for the same request, and for no other."""
+        document = {
+            "files": [(file.stored.name, file.stored.digest) for file in self.files],
+            "options": self.options.model_dump(mode="json"),
+            "labels": self.labels,
+            "webhook": self.webhook,
+        }
+        return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+
+
+def gather(submission: Submission, context: Context) -> Parcel:
+    """Find every file of a submission, and keep those that are stored from vanishing.
+
+    Raises:
+        InputError: a file that is named was not sent before, or is no longer there.
+    """
+    job_id = new_job_id()
+    return Parcel(
+        job_id=job_id,
+        source=_incoming(submission.source, job_id, context),
+        reference=_incoming(submission.reference, job_id, context),
+        resources=tuple(_incoming(file, job_id, context) for file in submission.resources),
+        options=submission.options,
+        labels=submission.labels,
+        webhook=submission.webhook,
+    )
+
+
+def require_signable(submission: Submission, sender: Sender, context: Context) -> None:
+    """Refuse a webhook that could not be signed.
+
+    Raises:
+        InputError: neither the sender nor the installation has a secret for it.
+    """
+    has_secret = sender.key is not None or context.settings.webhook_secret is not None
+    if submission.webhook is not None and not has_secret:
+        raise InputError(
+            "there is nothing to sign the webhook with: send the job with an API key, "
+            "or have MESHCONE_WEBHOOK_SECRET set"
+        )
+
+
+def check_meshes(parcel: Parcel, blobs: BlobStore) -> None:
+    """Read both meshes, so that a file nobody could work on is refused before anything is kept.
+
+    Raises:
+        InputError: a file is no mesh, or names a resource that was not sent.
+        LimitError: a file is larger than can be worked on.
+    """
+    resources = {file.stored.name: file.read(blobs) for file in parcel.resources}
+    source, _reference = (
+        read_asset(file.stored.name, file.read(blobs), resources)
+        for file in (parcel.source, parcel.reference)
+    )
+    if parcel.options.mode == "refine":
+        source.ensure_writable(source.policy(parcel.options))
+
+
+def made_before(parcel: Parcel, claim: Claim, context: Context) -> JobRecord | None:
+    """The job that the same request has made before, if it has.
+
+    Raises:
+        ProblemError: another request has used its key, or the job is there no more.
+    """
+    if claim.job_id is None:
+        return None
+    if claim.fingerprint != parcel.fingerprint():
+        raise _key_reused()
+    return _known(claim.job_id, context)
+
+
+def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context) -> JobRecord:
+    """Store the files, enter the job in the ledger and queue it, in this order.
+
+    Whatever fails on the way, no job is known whose files are missing, and none is queued
+    that is not known. Once it is known, workers see to it that it is queued.
+
+    Raises:
+        ProblemError: the queue is full, the sender's quota is used up, or another request
+            has used the key.
+    """
+    record = JobRecord(
+        id=parcel.job_id,
+        created=datetime.now(UTC),
+        labels=parcel.labels,
+        source=parcel.source.stored,
+        reference=parcel.reference.stored,
+        resources=tuple(file.stored for file in parcel.resources),
+        options=parcel.options.model_dump(mode="json"),
+        webhook=parcel.webhook,
+        owner=sender.owner,
+        context=sender.context,
+    )
+    if sender.key is not None:
+        context.quotas.reserve(sender.key, record.id, parcel.size)
+    _lease({file.stored.digest for file in parcel.files}, record.id, context)
+    for file in parcel.files:
+        file.keep(context.blobs)
+    key = None
+    if claim is not None:
+        key = BoundKey(claim.place, parcel.fingerprint(), KEY_REMEMBERED)
+    try:
+        job_id = context.ledger.create(record, capacity=context.settings.queue_capacity, key=key)
+    except QueueFullError:
+        raise queue_full() from None
+    except KeyReusedError:
+        raise _key_reused() from None
+    if job_id != record.id:
+        return _known(job_id, context)
+    try:
+        context.queue.enqueue(record.id)
+    except RedisError as error:
+        # It is known, so it is accepted; a client that is told otherwise would send it again.
+        logger.warning("job accepted, its message not sent", job_id=record.id, reason=str(error))
+    else:
+        logger.info("job accepted", job_id=record.id)
+    return record
+
+
+def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> IncomingFile:
+    if isinstance(file, Upload):
+        stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
+        return IncomingFile(stored, file)
+    # Leased before it is looked for: what is found then stays.
+    _lease({file.sha256}, job_id, context)
+    try:
+        size = context.blobs.size(file.sha256)
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no file with the SHA-256 {file.sha256}; send it first, "
+            f"by PUT /v1/blobs/{file.sha256}",
+            file=file.name,
+        ) from None
+    return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size), None)
+
+
+def _lease(digests: set[str], job_id: str, context: Context) -> None:
+    try:
+        context.register.lease(digests, job_id)
+    except BlobBusyError:
+        raise ProblemError(
+            problem("unavailable", "a file of this content is being removed; try again"),
+            {"Retry-After": "1"},
+        ) from None
+
+
+def _known(job_id: str, context: Context) -> JobRecord:
+    try:
+        return context.ledger.get(job_id)
+    except UnknownJobError:
+        raise ProblemError(
+            problem("gone", "the job that this Idempotency-Key has made has been deleted")
+        ) from None
+
+
+def _key_reused() -> ProblemError:
+    return ProblemError(
+        problem("key-reused", "this Idempotency-Key belongs to a request with other content")
+    )

@@ -1,0 +1,194 @@
+"""The multipart form that submits a job."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterable
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from fastapi import Request
+from pydantic import ValidationError
+from starlette.datastructures import FormData, UploadFile
+from starlette.exceptions import HTTPException
+
+from meshcone.errors import InputError, LimitError
+from meshcone.gates.paths import require_known
+from meshcone.options import Options, parse_options_json
+from service.api.schemas import LABEL_LENGTH, NamedBlob
+from service.problems import ProblemError, problem
+from service.settings import ServiceSettings
+from worker.webhooks.addresses import require_webhook_url
+
+FIELDS = ("source", "reference", "options", "resources", "label", "webhook")
+NAME_LENGTH = 255  # characters; what common file systems allow
+MAX_LABELS = 16
+OPTIONS_BYTES = 1024 * 1024
+_MESHES_AND_OPTIONS = 3  # any of them as a file or as a plain field
+
+
+@dataclass(frozen=True)
+class Upload:
+    """A sent file, spooled to disk if it is large."""
+
+    name: str
+    file: BinaryIO
+    size: int
+
+    def read(self) -> bytes:
+        """All of its bytes."""
+        self.file.seek(0)
+        return self.file.read()
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A form whose fields are sound; nothing is known yet of what is in the files."""
+
+    source: Upload | NamedBlob
+    reference: Upload | NamedBlob
+    resources: tuple[Upload | NamedBlob, ...]
+    options: Options
+    labels: tuple[str, ...]
+    webhook: str | None
+
+
+async def read_submission(request: Request) -> AsyncIterator[Submission]:
+    """The request's form, as a dependency; its temporary files are closed with the request.
+
+    Raises:
+        ProblemError: it is no multipart form.
+        InputError: a field is missing, unknown, repeated or of the wrong kind.
+        LimitError: it has too many files, or a field is too long.
+    """
+    if not request.headers.get("content-type", "").startswith("multipart/form-data"):
+        raise ProblemError(
+            problem("media-type", "send a multipart/form-data form (curl: -F source=@mesh.glb …)")
+        )
+    settings: ServiceSettings = request.app.state.settings
+    form = await _bounded_form(request, settings)
+    try:
+        yield await _submission(form, settings)
+    finally:
+        await form.close()
+
+
+async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData:
+    try:
+        return await request.form(
+            max_files=settings.max_resources + _MESHES_AND_OPTIONS,
+            max_fields=settings.max_resources + _MESHES_AND_OPTIONS + MAX_LABELS + 1,
+            max_part_size=OPTIONS_BYTES,
+        )
+    except HTTPException as error:
+        # The framework tells what is too much from what is broken by its words alone.
+        if error.detail.startswith("Too many") or "exceeded maximum" in error.detail:
+            raise LimitError(f"the form has more than is accepted here: {error.detail}") from None
+        raise
+
+
+async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
+    for name in form:
+        if name not in FIELDS:
+            raise InputError(f"unknown form field '{name}'; the fields are {', '.join(FIELDS)}")
+    resources = tuple(_file("resources", value) for value in form.getlist("resources"))
+    if len(resources) > settings.max_resources:
+        raise LimitError(
+            f"{len(resources)} resources are more than the {settings.max_resources} accepted here"
+        )
+    _require_distinct(resource.name for resource in resources)
+    return Submission(
+        source=_file("source", _single(form, "source")),
+        reference=_file("reference", _single(form, "reference")),
+        resources=resources,
+        options=await _options(form),
+        labels=_labels(form),
+        webhook=_webhook(form, settings),
+    )
+
+
+def _single(form: FormData, name: str) -> UploadFile | str | None:
+    values = form.getlist(name)
+    if len(values) > 1:
+        raise InputError(f"form field '{name}' is sent {len(values)} times; send it once")
+    return values[0] if values else None
+
+
+def _file(field: str, value: UploadFile | str | None) -> Upload | NamedBlob:
+    if value is None:
+        raise InputError(f"form field '{field}' is missing: send the mesh file in it")
+    if isinstance(value, str):
+        return _named_blob(field, value)
+    name = _file_name(value.filename or "")
+    if not name:
+        raise InputError(f"the file in form field '{field}' has no name")
+    return Upload(name, value.file, value.size or 0)
+
+
+def _named_blob(field: str, text: str) -> NamedBlob:
+    try:
+        blob = NamedBlob.model_validate_json(text)
+    except ValidationError:
+        raise InputError(
+            f"form field '{field}' must be a file with a file name (curl: -F {field}=@mesh.glb), "
+            'or {"name": "mesh.glb", "sha256": "..."} for one that was sent before'
+        ) from None
+    name = _file_name(blob.name)
+    if not name:
+        raise InputError(f"the file in form field '{field}' has no name")
+    return blob.model_copy(update={"name": name})
+
+
+def _file_name(sent: str) -> str:
+    # Some clients send a path, of their own machine and in its own spelling.
+    last = sent.replace("\\", "/").rpartition("/")[2]
+    printable = "".join(character for character in last if character.isprintable())
+    return printable[-NAME_LENGTH:]
+
+
+def _require_distinct(names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError("two resources have this name", file=name)
+        seen.add(name)
+
+
+async def _options(form: FormData) -> Options:
+    value = _single(form, "options")
+    if value is None:
+        raise InputError("form field 'options' is missing: send {} for the defaults")
+    if isinstance(value, str):
+        return _sound(parse_options_json(value))
+    if (value.size or 0) > OPTIONS_BYTES:
+        raise LimitError(f"options are longer than the {OPTIONS_BYTES} bytes accepted here")
+    return _sound(parse_options_json(await value.read()))
+
+
+def _sound(options: Options) -> Options:
+    require_known(options.gates, options.mode)
+    return options
+
+
+def _labels(form: FormData) -> tuple[str, ...]:
+    values = [value for value in form.getlist("label") if value != ""]
+    if len(values) > MAX_LABELS:
+        raise LimitError(f"{len(values)} labels are more than the {MAX_LABELS} accepted here")
+    labels: list[str] = []
+    for value in values:
+        if not isinstance(value, str):
+            raise InputError("form field 'label' must be plain text, found a file")
+        if len(value) > LABEL_LENGTH or not value.isprintable():
+            raise InputError(
+                f"form field 'label' must be one line of up to {LABEL_LENGTH} characters"
+            )
+        labels.append(value)
+    return tuple(dict.fromkeys(labels))
+
+
+def _webhook(form: FormData, settings: ServiceSettings) -> str | None:
+    value = _single(form, "webhook")
+    if value is None or value == "":
+        return None
+    if not isinstance(value, str):
+        raise InputError("form field 'webhook' must be plain text, found a file")
+    return require_webhook_url(value, private_addresses=settings.webhook_private_addresses)

@@ -1,0 +1,268 @@
+"""A client of the HTTP API.
+
+    with Client("https://meshes.example.org", api_key=key) as client:
+        job = client.wait(client.submit(source, reference, {"effort": "fast"}).id)
+        refined = client.mesh(job.id)
+
+A service that is full, paces its clients or starts again is waited for: every request of
+this client can be repeated without doing anything twice.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import TracebackType
+from typing import Any, Self
+
+import httpx2
+
+from meshcone.files import MeshFile
+from service.api.schemas import JOBS_PATH, Job, JobList, NamedBlob, job_path
+from service.client.patience import Patience
+from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
+from worker.jobs.records import FINAL_STATES
+
+REQUEST_TIMEOUT = 60.0  # seconds
+PATIENCE = 120.0  # seconds
+
+_FIRST_LOOK = 0.05  # seconds
+_GROWTH = 1.5  # of the pause between two looks
+_PASSING = frozenset({429, 502, 503, 504})  # statuses after which to try again
+_KEY_IN_USE = f"{TYPE_PREFIX}key-in-use"
+
+
+class ServiceError(Exception):
+    """The service answered with a problem.
+
+    Attributes:
+        problem: what it said.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        where = ", ".join(part for part in (problem.file, problem.place) if part)
+        super().__init__(f"{where}: {problem.detail}" if where else problem.detail)
+        self.problem = problem
+
+
+class Client:
+    """Submits jobs to a MeshCone service and fetches their results.
+
+    Every method raises :class:`ServiceError` where the service answers with a problem, and
+    ``httpx2.HTTPError`` where it does not answer, or not as a MeshCone service does. It may be
+    used by several threads.
+
+    Args:
+        base_url: where the service listens, such as ``http://127.0.0.1:8000``.
+        api_key: sent with each request, if any.
+        patience: seconds a call may spend waiting for a service that cannot answer just now.
+            One that has never answered is not waited for.
+    """
+
+    def __init__(
+        self, base_url: str, *, api_key: str | None = None, patience: float = PATIENCE
+    ) -> None:
+        # A proxy from the environment cannot reach a service on this machine.
+        is_local = httpx2.URL(base_url).host in ("127.0.0.1", "localhost", "::1")
+        self._http = httpx2.Client(
+            base_url=base_url,
+            headers={} if api_key is None else {"Authorization": f"Bearer {api_key}"},
+            timeout=REQUEST_TIMEOUT,
+            trust_env=not is_local,
+        )
+        self._patience = patience
+        self._has_answered = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def submit(
+        self,
+        source: MeshFile | NamedBlob,
+        reference: MeshFile | NamedBlob,
+        options: Mapping[str, Any] | None = None,
+        *,
+        labels: Sequence[str] = (),
+        webhook: str | None = None,
+        idempotency_key: str | None = None,
+    ) -> Job:
+        """Submit a mesh and its reference, with the resources of both.
+
+        Args:
+            source: the mesh, or what :meth:`upload` has made of it.
+            reference: the mesh it should have been.
+            options: those that are not to be the default.
+            labels: names to find the job by.
+            webhook: where the service is to say that the job has ended.
+            idempotency_key: submissions of the same content with the same key make one job;
+                by default, each call makes one.
+        """
+        # A part without a file name is a plain field; all of them in one list make the form
+        # a multipart one even where both meshes are only named.
+        parts: list[tuple[str, tuple[str | None, str | bytes]]] = [
+            ("options", (None, json.dumps(options or {}))),
+            *(("label", (None, label)) for label in labels),
+        ]
+        if webhook is not None:
+            parts.append(("webhook", (None, webhook)))
+        resources: dict[str, bytes] = {}
+        for name, file in (("reference", reference), ("source", source)):
+            if isinstance(file, NamedBlob):
+                parts.append((name, (None, file.model_dump_json())))
+            else:
+                parts.append((name, (file.name, file.data)))
+                resources |= file.resources
+        parts += [("resources", each) for each in resources.items()]
+        headers = {"Idempotency-Key": idempotency_key or str(uuid.uuid4())}
+        answer = self._request("POST", JOBS_PATH, files=parts, headers=headers)
+        return Job.model_validate_json(answer.content)
+
+    def upload(self, file: MeshFile) -> NamedBlob:
+        """Send a file that many jobs will name, unless the service has it; without resources."""
+        digest = hashlib.sha256(file.data).hexdigest()
+        path = f"/v1/blobs/{digest}"
+        # Sent again, it would only be kept for longer: that is what a job that names it does.
+        if self._answer("HEAD", path).status_code != httpx2.codes.OK:
+            self._request("PUT", path, content=file.data)
+        return NamedBlob(name=file.name, sha256=digest)
+
+    def job(self, job_id: str) -> Job:
+        """A job as it is now."""
+        return Job.model_validate_json(self._get(job_path(job_id)).content)
+
+    def jobs(self, **filters: str | int | Sequence[str]) -> JobList:
+        """A page of jobs, newest first; filters are the parameters of ``GET /v1/jobs``."""
+        answer = self._request("GET", JOBS_PATH, params=filters)
+        return JobList.model_validate_json(answer.content)
+
+    def all_jobs(self, **filters: str | int | Sequence[str]) -> Iterator[Job]:
+        """Every job that the filters select, newest first, page by page."""
+        page = self.jobs(**filters)
+        yield from page.jobs
+        while page.next is not None:
+            page = self.jobs(**{**filters, "cursor": page.next})
+            yield from page.jobs
+
+    def wait(
+        self,
+        job_id: str,
+        *,
+        timeout: float = 600.0,
+        interval: float = 0.5,
+        on_change: Callable[[Job], None] | None = None,
+    ) -> Job:
+        """Wait until a job has ended, however it ended.
+
+        Args:
+            job_id: the job.
+            timeout: seconds to wait at most.
+            interval: seconds between looks at most; the first ones follow each other faster.
+            on_change: called with each look that shows something new.
+
+        Raises:
+            TimeoutError: the job has not ended in time.
+        """
+        deadline = time.monotonic() + timeout
+        pause, seen = min(_FIRST_LOOK, interval), None
+        while True:
+            job = self.job(job_id)
+            if on_change is not None and job != seen:
+                on_change(job)
+            seen = job
+            if job.state in FINAL_STATES:
+                return job
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"job {job_id} is still {job.state} after {timeout:g} s")
+            time.sleep(pause)
+            pause = min(pause * _GROWTH, interval)
+
+    def cancel(self, job_id: str) -> Job:
+        """Cancel a queued job, or ask a running one to stop."""
+        answer = self._request("POST", f"{job_path(job_id)}/cancel")
+        return Job.model_validate_json(answer.content)
+
+    def delete(self, job_id: str) -> None:
+        """Remove a job that has ended, with its files."""
+        self._request("DELETE", job_path(job_id))
+
+    def mesh(self, job_id: str) -> bytes:
+        """The refined file of a job that succeeded."""
+        return self._get(f"{job_path(job_id)}/mesh").content
+
+    def report(self, job_id: str) -> dict[str, Any]:
+        """The report of a job that succeeded."""
+        report: dict[str, Any] = json.loads(self.report_bytes(job_id))
+        return report
+
+    def report_bytes(self, job_id: str) -> bytes:
+        """The report of a job that succeeded, as it was written."""
+        return self._get(f"{job_path(job_id)}/report").content
+
+    def certificate(self, job_id: str) -> bytes:
+        """The certificate of a job that succeeded; there is none where its input was kept."""
+        return self._get(f"{job_path(job_id)}/certificate").content
+
+    def preview(self, job_id: str) -> bytes:
+        """Light copies of the meshes of a job that succeeded, as GLB."""
+        return self._get(f"{job_path(job_id)}/preview.glb").content
+
+    def diagnostics(self, job_id: str) -> dict[str, Any]:
+        """What the solver did, of a job that succeeded."""
+        diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()
+        return diagnostics
+
+    def diagnostics_csv(self, job_id: str) -> str:
+        """The solver's iterations as a table, of a job that succeeded."""
+        return self._get(f"{job_path(job_id)}/diagnostics.csv").text
+
+    def _get(self, path: str) -> httpx2.Response:
+        return self._request("GET", path)
+
+    def _request(self, method: str, path: str, **content: Any) -> httpx2.Response:
+        answer = self._answer(method, path, **content)
+        problem = _problem(answer)
+        if problem is not None:
+            raise ServiceError(problem)
+        return answer.raise_for_status()
+
+    def _answer(self, method: str, path: str, **content: Any) -> httpx2.Response:
+        """The answer to a request, which is repeated as long as there is hope."""
+        patience = Patience(self._patience)
+        while True:
+            try:
+                answer = self._http.request(method, path, **content)
+            except httpx2.TransportError:
+                if self._has_answered and patience.pause():
+                    continue
+                raise
+            self._has_answered = True
+            if not (_is_passing(answer) and patience.pause(answer.headers)):
+                return answer
+
+
+def _is_passing(answer: httpx2.Response) -> bool:
+    if answer.status_code in _PASSING:
+        return True
+    problem = _problem(answer) if answer.status_code == httpx2.codes.CONFLICT else None
+    return problem is not None and problem.type == _KEY_IN_USE
+
+
+def _problem(answer: httpx2.Response) -> Problem | None:
+    if not answer.headers.get("content-type", "").startswith(MEDIA_TYPE):
+        return None
+    return Problem.model_validate_json(answer.content) if answer.content else None

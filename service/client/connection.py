@@ -1,0 +1,62 @@
+"""A service somewhere else, for commands that work there."""
+
+from __future__ import annotations
+
+import os
+
+import httpx2
+from pydantic import ValidationError
+
+from meshcone.errors import (
+    CrashError,
+    InfeasibleError,
+    InputError,
+    InternalError,
+    LimitError,
+    MeshConeError,
+    OutOfMemoryError,
+    SolveTimeoutError,
+)
+from service.client.client import Client, ServiceError
+from service.problems import Problem
+
+API_KEY_VARIABLE = "MESHCONE_API_KEY"  # an argument could be read by everybody on this machine
+
+_ERRORS: dict[str, type[MeshConeError]] = {
+    error.kind: error
+    for error in (
+        InputError,
+        LimitError,
+        InfeasibleError,
+        SolveTimeoutError,
+        OutOfMemoryError,
+        CrashError,
+        InternalError,
+    )
+}
+
+
+def connect(url: str) -> Client:
+    """A client of the service at a URL, with the key of the environment.
+
+    Raises:
+        InputError: no such service answers, or it does not let us in.
+    """
+    try:
+        client = Client(url, api_key=os.environ.get(API_KEY_VARIABLE) or None)
+        client.jobs(limit=1)
+    except (httpx2.HTTPError, httpx2.InvalidURL, ValidationError):
+        raise InputError(f"no MeshCone service answers at {url}") from None
+    except ServiceError as error:
+        if error.problem.status == httpx2.codes.UNAUTHORIZED:
+            raise InputError(
+                f"the service at {url} asks for an API key: set {API_KEY_VARIABLE} to one it knows"
+            ) from None
+        raise InputError(f"the service at {url} cannot work just now: {error}") from None
+    return client
+
+
+def error_of(problem: Problem) -> MeshConeError:
+    """The error that a problem, or the job it tells of, stands for."""
+    told = problem if problem.error is None else problem.error
+    return _ERRORS[told.kind](told.detail, file=told.file, place=told.place)

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshcone.assets import read_asset
+from meshcone.files import MeshFile
+from meshcone.options import Options, parse_options
+from meshcone.quality.validity import inspect
+from meshcone.refine import refine
+from meshcone.report import data_checks
+from meshcone.surface import Frame, Mesh
+from tests import shapes
+
+VERTICES, FACES = shapes.sphere(3, radius=1.0)
+BALL = Mesh(VERTICES, FACES)
+UPPER = FACES[VERTICES[FACES].mean(axis=1)[:, 2] > 0.0]
+FAST: Options = parse_options(
+    {
+        "effort": "fast",
+        "solver": {"certify": False},
+        "quality": {"samples": 500, "emd_samples": 50},
+    }
+)
+
+
+def joined(first: Mesh, second: Mesh) -> Mesh:
+    return Mesh(
+        np.concatenate([first.vertices, second.vertices]),
+        np.concatenate([first.faces, second.faces + len(first.vertices)]),
+    )
+
+
+def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
+    return mesh.moved_to(mesh.vertices * scale + [x, 0, 0])
+
+
+def data_warnings(source: Mesh, reference: Mesh) -> list[str]:
+    found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
+    return data_checks.data_warnings(source, reference, found, reference_found)
+
+
+def with_faces(*faces: tuple[int, int, int]) -> Mesh:
+    return Mesh(VERTICES, np.concatenate([FACES, np.array(faces)]))
+
+
+HALF = Mesh(VERTICES, UPPER)
+TURNED = Mesh(VERTICES, np.concatenate([FACES[:100, ::-1], FACES[100:]]))
+INSIDE_OUT = Mesh(VERTICES, FACES[:, ::-1])
+SATELLITE = joined(BALL, moved(BALL, 0.05, 0.5))
+FIN = Mesh(
+    np.concatenate([VERTICES, [[0.0, 0.0, 1.05]]]),
+    np.concatenate([FACES, [[*FACES[0, :2], len(VERTICES)]]]),
+)
+CROSSED = joined(BALL, moved(BALL, 0.5, 0.7))
+DOUBLED = with_faces(tuple(FACES[0]))
+SLIVER = Mesh(  # the last vertex lies on an edge of its face
+    np.concatenate([VERTICES, [VERTICES[FACES[0, :2]].mean(axis=0)]]),
+    np.concatenate([FACES, [[FACES[0, 0], FACES[0, 1], len(VERTICES)]]]),
+)
+
+PAIRS = [
+    pytest.param(BALL, HALF, "of the source's vertices are farther", id="reference with a hole"),
+    pytest.param(HALF, BALL, "of the reference's surface is farther", id="source with a hole"),
+    pytest.param(moved(BALL, 25.4), BALL, "25.4 times the size", id="larger unit"),
+    pytest.param(moved(BALL, 0.001), BALL, "1/1e+03 of the size", id="smaller unit"),
+    pytest.param(moved(BALL, x=30), BALL, "Along x the bounding boxes", id="elsewhere"),
+    pytest.param(INSIDE_OUT, BALL, "100 % of the source's normals oppose", id="inside out"),
+    pytest.param(TURNED, BALL, "outsides in opposite directions", id="mixed orientation"),
+    pytest.param(SATELLITE, BALL, "in 2 pieces and the reference in 1 piece", id="pieces"),
+    pytest.param(FIN, BALL, "source has 1 edge where more than two faces", id="non-manifold"),
+    pytest.param(BALL, FIN, "reference has 1 edge where more than two", id="in the reference"),
+    pytest.param(DOUBLED, BALL, "source has 1 face with the same corners", id="duplicate face"),
+    pytest.param(CROSSED, BALL, "of faces that pass through each other", id="self-intersections"),
+    pytest.param(SLIVER, BALL, "source has 1 face without area", id="degenerate face"),
+]
+
+
+@pytest.mark.parametrize(("source", "reference", "said"), PAIRS)
+def test_a_failure_of_the_data_is_named(source: Mesh, reference: Mesh, said: str) -> None:
+    assert any(said in sentence for sentence in data_warnings(source, reference))
+
+
+@pytest.mark.parametrize(("source", "reference", "said"), PAIRS)
+def test_a_failure_of_the_data_leaves_finite_positions(
+    source: Mesh, reference: Mesh, said: str
+) -> None:
+    refined = refine(file("source.obj", source), file("reference.obj", reference), FAST)
+
+    assert said
+    assert np.isfinite(read_asset(refined.name, refined.data).positions).all()
+    assert "NaN" not in refined.report.model_dump_json()
+
+
+def test_an_isolated_vertex_is_named_and_refined_around() -> None:
+    loose = Mesh(np.concatenate([VERTICES, [[9.0, 9.0, 9.0]]]), FACES)
+
+    refined = refine(file("source.obj", loose), file("reference.obj", BALL), FAST)
+
+    assert data_warnings(loose, BALL) == ["The source has 1 vertex that no face uses."]
+    assert read_asset(refined.name, refined.data).positions[-1].tolist() == [9, 9, 9]
+
+
+def test_a_good_pair_draws_no_warning() -> None:
+    rough = BALL.moved_to(shapes.noisy(VERTICES, 0.02))
+
+    assert data_warnings(rough, Mesh(*shapes.sphere(4, radius=1.0))) == []
+
+
+def test_flat_meshes_are_compared_along_their_plane() -> None:
+    square = Mesh(
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    )
+
+    assert data_warnings(square, square) == []
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)),
+        Mesh(VERTICES, np.zeros((0, 3), dtype=np.int64)),
+        Mesh(np.zeros_like(VERTICES), FACES),
+        Mesh(np.full_like(VERTICES, np.nan), FACES),
+        Mesh(np.full_like(VERTICES, np.inf), FACES),
+    ],
+)
+def test_a_mesh_without_a_surface_is_named_and_nothing_raised(broken: Mesh) -> None:
+    assert data_warnings(broken, BALL) == ["The source holds no surface."]
+    assert data_warnings(BALL, broken) == ["The reference holds no surface."]
+
+
+def test_no_defect_is_lost_in_the_reference_frame() -> None:
+    frame = Frame.of(moved(BALL, 1000))
+    source = Mesh(frame.into(1000 * SLIVER.vertices), SLIVER.faces)
+
+    assert any("without area" in sentence for sentence in data_warnings(source, BALL))
+
+
+def file(name: str, mesh: Mesh) -> MeshFile:
+    return MeshFile(name, shapes.obj(mesh.vertices, mesh.faces))

@@ -1,0 +1,57 @@
+"""The word for a refinement, and the rule behind it."""
+
+from __future__ import annotations
+
+import pytest
+
+from meshcone.options import parse_options
+from meshcone.quality.records import Metrics, PointToSurface
+from meshcone.report.outcome import decide_agreement, decide_outcome
+from meshcone.report.report import Outcome
+from meshcone.report.scoring import Scorer
+from tests.meshes import sphere
+
+SAMPLES = 5000
+BALL = Scorer(sphere(2), sphere(2), parse_options({"quality": {"emd_samples": 32}}))
+
+
+def at(mean: float, spread: float = 0.0) -> Metrics:
+    """Metrics with a mean distance and the standard deviation of the distances behind it."""
+    rms = (mean**2 + spread**2) ** 0.5
+    distances = PointToSurface(mean=mean, rms=rms, p95=mean, max=mean, max_at=(0, 0, 0))
+    return BALL.floor.model_copy(update={"point_to_surface": distances})
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "move", "copied", "expected"),
+    [
+        pytest.param(at(0.1), at(0.05), 0.1, True, "reference_copy", id="anchored at it"),
+        pytest.param(at(0.0), at(0.0), 0.0, False, "indistinguishable", id="the reference"),
+        pytest.param(at(3e-8), at(6e-8), 1e-3, False, "indistinguishable", id="but for rounding"),
+        pytest.param(at(0.1), at(0.1), 1e-8, False, "unchanged", id="did not move"),
+        pytest.param(at(0.1), at(0.05), 0.1, False, "improved", id="closer"),
+        pytest.param(at(0.05), at(0.1), 0.1, False, "worse", id="farther"),
+        pytest.param(at(0.0), at(1e-3), 0.1, False, "worse", id="left the reference"),
+    ],
+)
+def test_outcomes(
+    before: Metrics, after: Metrics, move: float, copied: bool, expected: Outcome
+) -> None:
+    found = decide_outcome(before, after, BALL.floor, SAMPLES, move, copied)
+
+    assert found == expected
+
+
+def test_a_difference_within_two_standard_errors_is_none() -> None:
+    # Of each mean: 0.1 over the root of 2 · 5,000 samples, 0.001; of the difference: 0.0014.
+    before = at(0.1, spread=0.1)
+
+    within = decide_outcome(before, at(0.0973, 0.1), BALL.floor, SAMPLES, 0.1, False)
+    beyond = decide_outcome(before, at(0.0970, 0.1), BALL.floor, SAMPLES, 0.1, False)
+
+    assert (within, beyond) == ("indistinguishable", "improved")
+
+
+def test_a_mesh_can_be_told_from_its_reference_above_the_floor() -> None:
+    assert decide_agreement(BALL.input, BALL.floor) == "indistinguishable"
+    assert decide_agreement(at(1e-5), BALL.floor) == "different"

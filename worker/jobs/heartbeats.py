@@ -1,0 +1,68 @@
+"""Signs of life of the attempts that are running.
+
+RQ notices a dead worker after minutes. Here each worker renews a key that runs out by
+itself, and whoever finds a job running without one knows that its attempt is dead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from worker.jobs.ledger_keys import job_keys
+from worker.jobs.records import JobRecord
+
+if TYPE_CHECKING:
+    from redis import Redis
+
+_BEAT = """
+-- KEYS: job, heartbeat. ARGV: attempt, milliseconds
+local state = redis.call('HGET', KEYS[1], 'state')
+if state ~= 'running' or redis.call('HGET', KEYS[1], 'attempt') ~= ARGV[1] then return 0 end
+redis.call('SET', KEYS[2], ARGV[1], 'PX', ARGV[2])
+if redis.call('HEXISTS', KEYS[1], 'cancel_requested') == 1 then return 2 end
+return 1
+"""
+
+
+class Standing(IntEnum):
+    """What the ledger says to an attempt that gives a sign of life."""
+
+    LOST = 0
+    OWNED = 1
+    CANCEL_REQUESTED = 2
+
+
+class Heartbeats:
+    """Heartbeats in the broker, each good for a time.
+
+    Args:
+        client: a connection whose replies are strings.
+        timeout: seconds after which an attempt that gives no sign of life is dead.
+    """
+
+    def __init__(self, client: Redis, timeout: float) -> None:
+        self._client = client
+        self._milliseconds = int(timeout * 1000)
+        self._beat = client.register_script(_BEAT)
+
+    def beat(self, job_id: str, attempt: int) -> Standing:
+        """Say that an attempt lives, and learn whether the job is still its own."""
+        keys = [job_keys(job_id)[0], _key(job_id)]
+        return Standing(int(self._beat(keys, [attempt, self._milliseconds])))
+
+    def missing(self, records: Sequence[JobRecord]) -> list[JobRecord]:
+        """Those of some running jobs whose attempt has given no sign of life in time."""
+        if not records:
+            return []
+        beating = self._client.mget([_key(record.id) for record in records])
+        return [
+            record
+            for record, attempt in zip(records, beating, strict=True)
+            if attempt != str(record.attempt)
+        ]
+
+
+def _key(job_id: str) -> str:
+    return f"{job_keys(job_id)[0]}:heartbeat"

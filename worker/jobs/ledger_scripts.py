@@ -1,0 +1,291 @@
+"""The ledger's atomic steps, as they run inside the broker.
+
+In each, KEYS are the job's hash, its events and its blobs, and ARGV[1] is a JSON object. A
+step answers {answer, state, attempt}, as found if it is refused; an unknown job has the
+state ''. What follows from a step (events, webhooks, counters, indexes, references to
+blobs) is written by the same script, and nowhere else.
+"""
+
+from __future__ import annotations
+
+from worker.jobs import ledger_keys as keys
+
+EVENTS_KEPT = 256
+"""Events kept of a job; what falls out can be read from the job itself."""
+
+REFUSED, ACCEPTED, REPEATED, MISMATCHED, FULL, CANCEL_REQUESTED = range(6)
+
+_PRELUDE = f"""
+local job, events, blobs = KEYS[1], KEYS[2], KEYS[3]
+local step = cjson.decode(ARGV[1])
+
+local function now()
+  local time = redis.call('TIME')
+  return tonumber(time[1]) + tonumber(time[2]) / 1e6
+end
+
+local function found()
+  return redis.call('HGET', job, 'state') or '', tonumber(redis.call('HGET', job, 'attempt') or 0)
+end
+
+local function note(event, data)
+  redis.call('XADD', events, 'MAXLEN', {EVENTS_KEPT}, '*', 'event', event, 'data', data)
+end
+
+local function set(fields)
+  for name, value in pairs(fields) do redis.call('HSET', job, name, value) end
+end
+
+-- A job is counted and found under one state, and holds the time it entered it.
+local function move(old, new)
+  local time = now()
+  if old ~= '' then
+    local since = redis.call('ZSCORE', 'meshcone:since:' .. old, step.id)
+    if since then
+      redis.call('HINCRBYFLOAT', '{keys.COUNTERS}', 'seconds:' .. old, time - tonumber(since))
+    end
+    redis.call('ZREM', 'meshcone:since:' .. old, step.id)
+    redis.call('ZREM', 'meshcone:index:state:' .. old, step.id)
+  end
+  redis.call('ZADD', 'meshcone:since:' .. new, string.format('%.6f', time), step.id)
+  redis.call('ZADD', 'meshcone:index:state:' .. new, 0, step.id)
+  redis.call('HINCRBY', '{keys.COUNTERS}', 'transitions:' .. old .. ':' .. new, 1)
+end
+
+local function announce(state, attempt)
+  note('state', cjson.encode({{state=state, attempt=attempt}}))
+  local webhook = redis.call('HGET', job, 'webhook')
+  if webhook and webhook ~= 'null' then
+    redis.call('XADD', '{keys.WEBHOOKS}', '*',
+               'job', step.id, 'state', state, 'attempt', attempt)
+  end
+end
+
+-- A blob is needed as often as jobs and leases name it; see worker.storage.register.
+local function need(digest, times)
+  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, times) <= 0 then
+    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
+    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
+  end
+end
+
+local function end_lease(digest)
+  if redis.call('ZREM', '{keys.BLOB_LEASES}', digest .. '/' .. step.id) == 1 then
+    need(digest, -1)
+  end
+end
+
+local function hold(digests)
+  for _, digest in ipairs(digests) do
+    if redis.call('SADD', blobs, digest) == 1 then need(digest, 1) end
+    end_lease(digest)
+  end
+end
+
+local function let_go()
+  for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do need(digest, -1) end
+  redis.call('DEL', blobs)
+end
+
+local function count(counters)
+  for name, amount in pairs(counters) do
+    redis.call('HINCRBYFLOAT', '{keys.COUNTERS}', name, amount)
+  end
+end
+"""
+
+CREATE = (
+    _PRELUDE
+    + f"""
+-- step: id, fields, labels, digests, capacity; and KEYS[4], fingerprint, remembered where
+-- the sender has given the request a key
+local key = KEYS[4]
+if key then
+  local known = redis.call('HGET', key, 'job')
+  if known then
+    if redis.call('HGET', key, 'fingerprint') == step.fingerprint then
+      return {{{REPEATED}, known, 0}}
+    end
+    return {{{MISMATCHED}, known, 0}}
+  end
+end
+if redis.call('EXISTS', job) == 1 then return {{{REFUSED}, found()}} end
+if step.capacity and redis.call('ZCARD', 'meshcone:since:queued') >= step.capacity then
+  return {{{FULL}, 'queued', 0}}
+end
+set(step.fields)
+hold(step.digests)
+redis.call('ZADD', '{keys.ALL_JOBS}', 0, step.id)
+for _, label in ipairs(step.labels) do
+  redis.call('ZADD', 'meshcone:index:label:' .. label, 0, step.id)
+end
+if key then
+  redis.call('HSET', key, 'job', step.id, 'fingerprint', step.fingerprint)
+  redis.call('EXPIRE', key, step.remembered)
+end
+move('', 'queued')
+announce('queued', 0)
+return {{{ACCEPTED}, 'queued', 0}}
+"""
+)
+
+TRANSITION = (
+    _PRELUDE
+    + f"""
+-- step: id, from, to, starts (added to the attempt), finished; attempt, where one must be
+-- meant; and fields, digests, counters, verdict, which the step leaves
+local state, attempt = found()
+if state ~= step.from or (step.attempt and attempt ~= step.attempt) then
+  return {{{REFUSED}, state, attempt}}
+end
+local new = step.to
+-- Nobody who was told that a job will be canceled is to find it otherwise in the end.
+if state == 'running' and redis.call('HEXISTS', job, 'cancel_requested') == 1 then
+  new = 'canceled'
+  set({{finished=step.finished, progress='null'}})
+  for _, digest in ipairs(step.digests) do end_lease(digest) end
+else
+  set(step.fields)
+  hold(step.digests)
+  count(step.counters)
+  if step.verdict then
+    redis.call('ZADD', 'meshcone:index:verdict:' .. step.verdict, 0, step.id)
+  end
+end
+attempt = attempt + step.starts
+set({{state=new, attempt=attempt}})
+move(state, new)
+announce(new, attempt)
+return {{{ACCEPTED}, new, attempt}}
+"""
+)
+
+PROGRESS = (
+    _PRELUDE
+    + f"""
+-- step: attempt, progress
+local state, attempt = found()
+if state ~= 'running' or attempt ~= step.attempt then return {{{REFUSED}, state, attempt}} end
+if redis.call('HEXISTS', job, 'cancel_requested') == 1 then
+  return {{{CANCEL_REQUESTED}, state, attempt}}
+end
+set({{progress=step.progress}})
+note('progress', step.progress)
+return {{{ACCEPTED}, state, attempt}}
+"""
+)
+
+CANCEL = (
+    _PRELUDE
+    + f"""
+-- step: id, finished
+local state, attempt = found()
+if state == 'queued' then
+  set({{state='canceled', finished=step.finished}})
+  move(state, 'canceled')
+  announce('canceled', attempt)
+  return {{{ACCEPTED}, 'canceled', attempt}}
+end
+if state == 'running' then
+  if redis.call('HSETNX', job, 'cancel_requested', step.finished) == 1 then
+    note('cancel', cjson.encode({{attempt=attempt}}))
+  end
+  return {{{ACCEPTED}, state, attempt}}
+end
+return {{state == 'canceled' and {ACCEPTED} or {REFUSED}, state, attempt}}
+"""
+)
+
+EXPIRE = (
+    _PRELUDE
+    + f"""
+-- step: id, expired
+local state, attempt = found()
+if state == '' or state == 'queued' or state == 'running' then
+  return {{{REFUSED}, state, attempt}}
+end
+if redis.call('HSETNX', job, 'expired', step.expired) == 1 then
+  redis.call('ZREM', 'meshcone:since:' .. state, step.id)
+  redis.call('ZADD', 'meshcone:since:expired', string.format('%.6f', now()), step.id)
+  redis.call('HINCRBY', '{keys.COUNTERS}', 'expired', 1)
+  let_go()
+  redis.call('DEL', events)
+end
+return {{{ACCEPTED}, state, attempt}}
+"""
+)
+
+DELETE = (
+    _PRELUDE
+    + f"""
+-- step: id
+local state, attempt = found()
+if state == '' or state == 'queued' or state == 'running' then
+  return {{{REFUSED}, state, attempt}}
+end
+let_go()
+for _, label in ipairs(cjson.decode(redis.call('HGET', job, 'labels') or '[]')) do
+  redis.call('ZREM', 'meshcone:index:label:' .. label, step.id)
+end
+local verdict = redis.call('HGET', job, 'verdict')
+if verdict and verdict ~= 'null' then
+  redis.call('ZREM', 'meshcone:index:verdict:' .. cjson.decode(verdict), step.id)
+end
+for _, place in ipairs({{'{keys.ALL_JOBS}', 'meshcone:index:state:' .. state,
+                        'meshcone:since:' .. state, 'meshcone:since:expired'}}) do
+  redis.call('ZREM', place, step.id)
+end
+redis.call('HINCRBY', '{keys.COUNTERS}', 'deleted', 1)
+redis.call('DEL', job, events)
+return {{{ACCEPTED}, state, attempt}}
+"""
+)
+
+LEASE = f"""
+-- ARGV: seconds, holder, then digests. Answers those that are being removed, of which none
+-- is leased.
+local doomed = {{}}
+for index = 3, #ARGV do
+  if redis.call('ZSCORE', '{keys.DOOMED_BLOBS}', ARGV[index]) then
+    doomed[#doomed + 1] = ARGV[index]
+  end
+end
+if #doomed > 0 then return doomed end
+local time = redis.call('TIME')
+for index = 3, #ARGV do
+  local lease = ARGV[index] .. '/' .. ARGV[2]
+  if not redis.call('ZSCORE', '{keys.BLOB_LEASES}', lease) then
+    redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', ARGV[index], 1)
+  end
+  redis.call('ZADD', '{keys.BLOB_LEASES}', 'GT', time[1] + ARGV[1], lease)
+end
+return doomed
+"""
+
+END_LEASES = f"""
+-- ARGV[1]: how many leases to look at. Ends those that have run out.
+local time = redis.call('TIME')
+local over = redis.call('ZRANGEBYSCORE', '{keys.BLOB_LEASES}', '-inf', time[1],
+                        'LIMIT', 0, ARGV[1])
+for _, lease in ipairs(over) do
+  redis.call('ZREM', '{keys.BLOB_LEASES}', lease)
+  local digest = string.match(lease, '^[^/]*')
+  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, -1) <= 0 then
+    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
+    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
+  end
+end
+return #over
+"""
+
+TAKE_DOOMED = f"""
+-- ARGV: how many, seconds. Answers doomed blobs that nobody is removing; they are the
+-- caller's to remove for so many seconds.
+local time = redis.call('TIME')
+local taken = redis.call('ZRANGEBYSCORE', '{keys.DOOMED_BLOBS}', '-inf', time[1],
+                         'LIMIT', 0, ARGV[1])
+for _, digest in ipairs(taken) do
+  redis.call('ZADD', '{keys.DOOMED_BLOBS}', time[1] + ARGV[2], digest)
+end
+return taken
+"""

@@ -1,0 +1,110 @@
+"""The one queue between the front end and the workers. It carries job ids, nothing else.
+
+RQ moves a message from the queue to a second list, the *intermediate* one, in one step, so
+that it is in a list whatever happens to the worker; with two queues on one worker RQ does
+not. What a message means is the ledger's to say: one that comes twice, or too late, finds
+its job in another state and is dropped.
+"""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rq import Queue, worker_registration
+from rq.exceptions import DequeueTimeout
+from rq.job import Job
+from rq.serializers import JSONSerializer
+
+if TYPE_CHECKING:
+    from redis import Redis
+
+    from worker.settings import WorkerSettings
+
+TASK = "worker.run.task.run"
+"""What a message names as its function. Workers go by the job id alone and call no name."""
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """A message: its own id, and that of the job it is about."""
+
+    id: str
+    job_id: str
+
+
+class JobQueue:
+    """RQ's queue, with what we leave to it: order and delivery.
+
+    Messages are JSON: RQ's default, pickle, lets whoever reaches the broker run code.
+    Each has an id of its own, so that what becomes of one says nothing of another.
+    """
+
+    def __init__(self, settings: WorkerSettings, connection: Redis) -> None:
+        self.rq = Queue(settings.queue, connection=connection, serializer=JSONSerializer)
+        self._connection = connection
+
+    def enqueue(self, job_id: str) -> None:
+        """Have some worker run a job of the ledger."""
+        self.rq.enqueue(
+            TASK,
+            job_id,
+            job_id=f"{job_id}_{secrets.token_hex(4)}",
+            job_timeout=-1,  # workers keep time themselves
+            description=f"job {job_id}",
+        )
+
+    def take(self, timeout: int) -> Delivery | None:
+        """The next message, which stays in the intermediate list until it is discarded.
+
+        Args:
+            timeout: whole seconds to wait for one at most.
+        """
+        with suppress(DequeueTimeout):
+            taken = Queue.lmove(self._connection, self.rq.key, timeout)
+            if taken is not None:
+                return _delivery(taken[1])
+        return None
+
+    def discard(self, delivery: Delivery) -> None:
+        """Forget a message that was taken."""
+        with self._connection.pipeline() as pipeline:
+            pipeline.lrem(self.rq.intermediate_queue_key, 0, delivery.id)
+            pipeline.delete(Job.key_for(delivery.id))
+            pipeline.execute()
+
+    def waiting(self) -> set[str]:
+        """Ids of the jobs that some message is waiting for."""
+        return {_delivery(item).job_id for item in self._items(self.rq.key)}
+
+    def taken(self) -> set[Delivery]:
+        """Messages some worker has taken and not discarded: for an instant, or for ever."""
+        return {_delivery(item) for item in self._items(self.rq.intermediate_queue_key)}
+
+    def worker_count(self) -> int:
+        """Workers of this queue whose heartbeat has not run out."""
+        return sum(self._connection.exists(key) for key in self._worker_keys())
+
+    def local_worker_pids(self) -> set[int]:
+        """Process ids of those workers that run, or ran until a moment ago, on this machine."""
+        workers = (self._connection.hmget(key, "pid", "hostname") for key in self._worker_keys())
+        here = socket.gethostname().encode()
+        return {int(pid) for pid, host in workers if pid is not None and host == here}
+
+    def forget_dead_workers(self) -> None:
+        """Drop those from RQ's list whose heartbeat has run out."""
+        worker_registration.clean_worker_registry(self.rq)
+
+    def _items(self, key: str) -> list[bytes]:
+        return list(self._connection.lrange(key, 0, -1))
+
+    def _worker_keys(self) -> set[str]:
+        return worker_registration.get_keys(queue=self.rq)
+
+
+def _delivery(item: bytes | str) -> Delivery:
+    text = item.decode() if isinstance(item, bytes) else item
+    return Delivery(text, text.partition("_")[0])

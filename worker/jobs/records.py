@@ -1,0 +1,140 @@
+"""What the ledger remembers of a job."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict
+
+from meshcone.errors import ErrorKind, MeshConeError
+from meshcone.gates.records import Status
+from meshcone.progress import Progress, Stage
+from worker.jobs.summaries import JobSummary
+
+JobState = Literal["queued", "running", "succeeded", "failed", "canceled"]
+FINAL_STATES: tuple[JobState, ...] = ("succeeded", "failed", "canceled")
+Verdict = Status
+
+_PLAIN = frozenset({"id", "state", "attempt"})  # fields the ledger's scripts read as they are
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class StoredFile(_Frozen):
+    """A sent file: its name, and the digest under which the blob store holds it."""
+
+    name: str
+    digest: str
+    size: int
+
+
+class Artifact(_Frozen):
+    """A file a job made."""
+
+    digest: str
+    media_type: str
+    filename: str
+    size: int
+
+
+class JobProgress(_Frozen):
+    """How far a running job has come; see :class:`meshcone.progress.Progress`."""
+
+    stage: Stage
+    round: int
+    rounds: int
+    fraction: float
+
+    @classmethod
+    def of(cls, progress: Progress) -> JobProgress:
+        """The record of an engine's report."""
+        return cls(
+            stage=progress.stage,
+            round=progress.round,
+            rounds=progress.rounds,
+            fraction=progress.fraction,
+        )
+
+
+class JobError(_Frozen):
+    """Why a job failed, in words for the person who sent it."""
+
+    kind: ErrorKind
+    message: str
+    file: str | None = None
+    place: str | None = None
+
+    @classmethod
+    def of(cls, error: MeshConeError) -> JobError:
+        """The public part of an error."""
+        return cls(kind=error.kind, message=error.message, file=error.file, place=error.place)
+
+
+class JobRecord(_Frozen):
+    """One job.
+
+    Attributes:
+        attempt: how often it has been started.
+        handed_back: how many of those starts were given up by a worker that was stopped.
+        expired: when its files were let go.
+        cancel_requested: when somebody asked for it to be canceled while it was running.
+        options: every option with its resolved value.
+        webhook: where to say that it has ended.
+        owner: id of the API key it was sent with; None if it was sent without.
+        context: what its log lines and its trace begin with: ``request_id`` and the fields of
+            W3C Trace Context.
+        artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
+            ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
+        verdict: what the gates say of it, if there were any.
+        summary: the few numbers of its report that a list of jobs shows.
+        timings: seconds each stage took, once it has succeeded.
+    """
+
+    id: str
+    state: JobState = "queued"
+    attempt: int = 0
+    handed_back: int = 0
+    created: datetime
+    started: datetime | None = None
+    finished: datetime | None = None
+    expired: datetime | None = None
+    cancel_requested: datetime | None = None
+    labels: tuple[str, ...] = ()
+    source: StoredFile
+    reference: StoredFile
+    resources: tuple[StoredFile, ...] = ()
+    options: dict[str, Any]
+    webhook: str | None = None
+    owner: str | None = None
+    context: dict[str, str] = {}
+    progress: JobProgress | None = None
+    error: JobError | None = None
+    artifacts: dict[str, Artifact] = {}
+    verdict: Verdict | None = None
+    summary: JobSummary | None = None
+    timings: dict[str, float] = {}
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether its state is final."""
+        return self.state in FINAL_STATES
+
+    def encoded(self) -> dict[str, str]:
+        """The record as the fields of a hash; what is not there is no field."""
+        return {
+            name: str(value) if name in _PLAIN else json.dumps(value)
+            for name, value in self.model_dump(mode="json").items()
+            if value is not None
+        }
+
+    @classmethod
+    def decoded(cls, fields: Mapping[str, str]) -> Self:
+        """The record that :meth:`encoded` has written."""
+        return cls.model_validate(
+            {name: value if name in _PLAIN else json.loads(value) for name, value in fields.items()}
+        )

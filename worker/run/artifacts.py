@@ -1,0 +1,95 @@
+"""The files a job leaves: what they hold and what they are called."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from meshcone.gates.records import Status
+from meshcone.report.report import MeasureReport, Report, diagnostics_csv
+from meshcone.views.heatmap import heatmap_glb
+from meshcone.views.preview import preview_glb
+from worker.jobs.summaries import JobSummary
+from worker.jobs.tallies import Tallies, tallies_of
+
+if TYPE_CHECKING:
+    from meshcone.measure import Measurement
+    from meshcone.refine import Refinement
+    from meshcone.views.scene import Scene
+
+
+@dataclass(frozen=True)
+class ArtifactFile:
+    """A file to store."""
+
+    data: bytes
+    media_type: str
+    filename: str
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its bytes, in hexadecimal digits."""
+        return hashlib.sha256(self.data).hexdigest()
+
+
+@dataclass(frozen=True)
+class JobFiles:
+    """What a job leaves: files by name, what the gates say, if there were any, and figures."""
+
+    files: Mapping[str, ArtifactFile]
+    verdict: Status | None
+    summary: JobSummary
+    tallies: Tallies
+
+
+def of_refinement(source: str, refinement: Refinement) -> JobFiles:
+    """What a refinement of a source of this name leaves.
+
+    That is mesh, report, table, certificate, a preview and a heatmap.
+    """
+    stem = PurePath(source).stem
+    table = diagnostics_csv(refinement.report.solver).encode()
+    files = {
+        "mesh": ArtifactFile(refinement.data, refinement.media_type, refinement.name),
+        "report": _report(stem, refinement.report.model_dump_json()),
+        "diagnostics_csv": ArtifactFile(
+            table, "text/csv; charset=utf-8", f"{stem}.diagnostics.csv"
+        ),
+        **_views(stem, refinement.scene),
+    }
+    if refinement.certificate is not None:
+        # An .npz has no media type of its own; what it is is a ZIP archive. Its name is
+        # where `meshcone verify` looks for it beside the report.
+        files["certificate"] = ArtifactFile(
+            refinement.certificate, "application/zip", f"{stem}.report.certificate.npz"
+        )
+    return _job_files(files, refinement.report)
+
+
+def of_measurement(source: str, measurement: Measurement) -> JobFiles:
+    """What a measurement of a source of this name leaves: its report, a preview, a heatmap."""
+    stem = PurePath(source).stem
+    files = {
+        "report": _report(stem, measurement.report.model_dump_json()),
+        **_views(stem, measurement.scene),
+    }
+    return _job_files(files, measurement.report)
+
+
+def _job_files(files: Mapping[str, ArtifactFile], report: Report | MeasureReport) -> JobFiles:
+    verdict = None if report.gates is None else report.gates.verdict
+    return JobFiles(files, verdict, JobSummary.of(report), tallies_of(report))
+
+
+def _report(stem: str, text: str) -> ArtifactFile:
+    return ArtifactFile(text.encode(), "application/json", f"{stem}.report.json")
+
+
+def _views(stem: str, scene: Scene) -> dict[str, ArtifactFile]:
+    return {
+        name: ArtifactFile(write(scene), "model/gltf-binary", f"{stem}.{name}.glb")
+        for name, write in (("preview", preview_glb), ("heatmap", heatmap_glb))
+    }

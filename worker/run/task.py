@@ -1,0 +1,176 @@
+"""What a work horse does with a job."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import structlog
+from obstore.exceptions import BaseError as BlobStoreError
+from redis.exceptions import RedisError
+
+from meshcone.errors import (
+    InternalError,
+    LimitError,
+    MeshConeError,
+    OutOfMemoryError,
+    SolveTimeoutError,
+)
+from meshcone.files import MeshFile
+from meshcone.measure import measurement
+from meshcone.options import parse_options
+from meshcone.progress import ProgressCallback
+from meshcone.refine import refine
+from meshcone.settings import load_settings
+from worker.broker.connections import connect_text
+from worker.broker.patience import patiently
+from worker.jobs.ledger import (
+    CancelRequestedError,
+    Ledger,
+    TransitionRefusedError,
+    UnknownJobError,
+)
+from worker.jobs.records import Artifact, JobError, JobRecord, JobState, StoredFile
+from worker.run.artifacts import ArtifactFile, JobFiles, of_measurement, of_refinement
+from worker.run.progress import ProgressReporter
+from worker.run.sandbox import confine
+from worker.run.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
+from worker.run.time_limit import TimeLimitReached, time_limit
+from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobBusyError, BlobRegister
+
+logger = logging.getLogger(__name__)
+
+SOLVER_SHARE = 0.9  # of the job's time, which one solve may take at most
+
+
+def run(job_id: str, attempt: int) -> int:
+    """Run an attempt of a job to its end, in a process of its own.
+
+    Returns:
+        An exit code: ``EX_OK`` if the ledger has been told, or knows better;
+        ``EX_TEMPFAIL`` if broker or file store failed, which may be worth another attempt.
+    """
+    settings = load_settings(WorkerSettings)
+    confine(settings)
+    client = connect_text(settings.required_redis_url())
+    ledger = Ledger(client)
+    try:
+        record = patiently(partial(ledger.get, job_id))
+        structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
+        results = _Results(job_id, BlobStore.open(settings), BlobRegister(client))
+        report = ProgressReporter(ledger, job_id, attempt)
+        patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
+    except (TransitionRefusedError, UnknownJobError) as refusal:
+        # Canceled, or taken up by another worker that thought this one dead.
+        logger.warning("left alone: %s", refusal)
+    except (RedisError, BlobStoreError, BlobBusyError):
+        logger.exception("broker or file store failed under job %s", job_id)
+        return os.EX_TEMPFAIL
+    return os.EX_OK
+
+
+@dataclass(frozen=True)
+class _Job:
+    settings: WorkerSettings
+    record: JobRecord
+    results: _Results
+    progress: ProgressCallback
+
+    def done(self) -> tuple[dict[str, Artifact], JobFiles]:
+        """Do the work and store its files, within the time limit."""
+        with time_limit(self.settings.job_timeout):
+            made = _work(self.record, self.results.blobs, self.progress, self.settings.job_timeout)
+            _require_small(made.files, self.settings.job_file_bytes)
+            return self.results.store(made.files), made
+
+
+def _last_step(
+    ledger: Ledger, record: JobRecord, attempt: int, job: _Job
+) -> Callable[[], JobState | None]:
+    """Do a job; what is to be told to the ledger about it."""
+    error: MeshConeError
+    try:
+        artifacts, made = job.done()
+    except (RedisError, BlobStoreError, BlobBusyError, TransitionRefusedError, UnknownJobError):
+        raise
+    except CancelRequestedError:
+        return partial(ledger.end_canceled, record.id, attempt)
+    except MeshConeError as found:
+        error = found
+    except TimeLimitReached:
+        error = SolveTimeoutError(TIMEOUT_MESSAGE)
+    except MemoryError:
+        error = OutOfMemoryError(f"{MEMORY_MESSAGE} (MESHCONE_JOB_MEMORY_BYTES)")
+    except Exception:  # a fault of ours; another attempt would only repeat it
+        logger.exception("job %s failed unexpectedly", record.id)
+        error = InternalError("an unexpected error in the service; it has been logged")
+    else:
+        return partial(
+            ledger.succeed,
+            record.id,
+            attempt,
+            artifacts,
+            verdict=made.verdict,
+            summary=made.summary,
+            timings=made.tallies.timings,
+            counters=made.tallies.counters,
+        )
+    logger.info("job %s failed (%s): %s", record.id, error.kind, error)
+    return partial(ledger.fail, record.id, attempt, JobError.of(error))
+
+
+def _require_small(files: Mapping[str, ArtifactFile], limit: int) -> None:
+    for file in files.values():
+        if 0 < limit < len(file.data):
+            raise LimitError(
+                f"the result '{file.filename}' has {len(file.data)} bytes; this installation "
+                f"stores up to {limit} (MESHCONE_JOB_FILE_BYTES)"
+            )
+
+
+def _work(
+    record: JobRecord, blobs: BlobStore, progress: ProgressCallback, seconds: int
+) -> JobFiles:
+    options = parse_options(record.options)
+    source, reference = (
+        _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
+    )
+    if options.mode == "measure":
+        return of_measurement(record.source.name, measurement(source, reference, options))
+    # Below the job's own limit, so that the solver's C code returns before the alarm.
+    made = refine(source, reference, options, progress, solve_seconds=SOLVER_SHARE * seconds)
+    return of_refinement(record.source.name, made)
+
+
+def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:
+    return MeshFile(
+        file.name,
+        blobs.get(file.digest),
+        {resource.name: blobs.get(resource.digest) for resource in resources},
+    )
+
+
+@dataclass(frozen=True)
+class _Results:
+    """Where an attempt leaves its files; nobody sees them before the ledger names them."""
+
+    job_id: str
+    blobs: BlobStore
+    register: BlobRegister
+
+    def store(self, files: Mapping[str, ArtifactFile]) -> dict[str, Artifact]:
+        self.register.lease({file.digest for file in files.values()}, self.job_id)
+        return {
+            name: Artifact(
+                digest=self.blobs.put(file.data),
+                media_type=file.media_type,
+                filename=file.filename,
+                size=len(file.data),
+            )
+            for name, file in files.items()
+        }

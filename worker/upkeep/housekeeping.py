@@ -1,0 +1,67 @@
+"""Lets go of what is no longer kept: files of old jobs, then their records."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.records import FINAL_STATES
+
+if TYPE_CHECKING:
+    from worker.jobs.queue import JobQueue
+    from worker.settings import WorkerSettings
+    from worker.storage.blobs import BlobStore
+    from worker.storage.register import BlobRegister
+
+logger = logging.getLogger(__name__)
+
+
+class Housekeeper:
+    """What an installation forgets, and when. All of it can be interrupted and repeated."""
+
+    def __init__(
+        self,
+        settings: WorkerSettings,
+        *,
+        ledger: Ledger,
+        queue: JobQueue,
+        register: BlobRegister,
+        blobs: BlobStore,
+    ) -> None:
+        self._settings = settings
+        self._ledger = ledger
+        self._queue = queue
+        self._register = register
+        self._blobs = blobs
+
+    def tidy(self) -> None:
+        """Expire, delete and sweep what is due."""
+        self._queue.forget_dead_workers()
+        for job_id in self._due():
+            try:
+                self._ledger.expire(job_id)
+            except (TransitionRefusedError, UnknownJobError) as refusal:
+                logger.info("not expired: %s", refusal)
+        for job_id in self._forgettable():
+            try:
+                self._ledger.delete(job_id)
+            except (TransitionRefusedError, UnknownJobError) as refusal:
+                logger.info("not deleted: %s", refusal)
+        removed = self._register.sweep(self._blobs)
+        if removed:
+            logger.info("removed %d files nobody needs", removed)
+
+    def _due(self) -> list[str]:
+        if not self._settings.result_ttl:
+            return []
+        return [
+            job_id
+            for state in FINAL_STATES
+            for job_id in self._ledger.index.in_state_for(state, self._settings.result_ttl)
+        ]
+
+    def _forgettable(self) -> list[str]:
+        if not self._settings.record_ttl:
+            return []
+        return self._ledger.index.in_state_for("expired", self._settings.record_ttl)
