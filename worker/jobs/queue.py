@@ -98,7 +98,7 @@ class JobQueue:
         """Drop those from RQ's list whose heartbeat has run out."""
         worker_registration.clean_worker_registry(self.rq)
 
-    def _items(self, key: str) -> list[bytes]:
+    def _items(self, key: str) -> list[bytes | str]:
         return list(self._connection.lrange(key, 0, -1))
 
     def _worker_keys(self) -> set[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.gates.records import GateCheck, Status
@@ -67,7 +69,7 @@ def _compared(metrics: Metrics) -> dict[str, float]:
     document = metrics.model_dump()
     values = {}
     for name in _COMPARED:
-        value = document
+        value: Any = document
         for part in name.split("."):
             value = value[part]
         values[name] = float(value)

@@ -56,8 +56,8 @@ class Turn:
         """Keep it if we hold it, else try to get it."""
         with suppress(LockError):  # it ran out in this very moment
             if self._lock.owned():
-                return self._lock.reacquire()
-        return self._lock.acquire()
+                return bool(self._lock.reacquire())
+        return bool(self._lock.acquire())
 
 
 def every(seconds: float, turn: Turn, work: Callable[[], None], missed: Callable[[], None]) -> None:

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
 from service.api.cursors import cursor_after, job_before
-from service.api.schemas import JOBS_PATH, Job, JobList
-from service.api.submission.uploads import LABEL_LENGTH, MAX_LABELS
+from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList
+from service.api.submission.uploads import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
 from worker.jobs.index import JobFilter

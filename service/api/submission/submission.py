@@ -15,7 +15,8 @@ from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.options import Options
 from service.api.context import Context
-from service.api.submission.uploads import NamedBlob, Submission, Upload
+from service.api.schemas import NamedBlob
+from service.api.submission.uploads import Submission, Upload
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import new_job_id
