@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -16,6 +18,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from meshcone.errors import ErrorKind, MeshConeError
+from worker.disk import has_room
 from worker.jobs.records import JobError
 
 logger = logging.getLogger(__name__)
@@ -138,13 +141,19 @@ def problem_response(answer: Problem, headers: Mapping[str, str] | None = None) 
     )
 
 
-def broker_problem(error: Exception) -> ProblemError:
-    """What to raise where the broker has failed; the log says how, the answer does not."""
+def broker_problem(error: Exception, data_dir: Path) -> ProblemError:
+    """What to raise where the broker has failed; the log says how, the answer does not.
+
+    Args:
+        error: of the broker's client.
+        data_dir: where the embedded broker writes. If its disk is full, the answer says so.
+    """
     logger.error("the broker cannot be used: %s", error)
-    return ProblemError(
-        problem("unavailable", "the job broker cannot be reached; try again later"),
-        {"Retry-After": "5"},
-    )
+    detail = "the job broker cannot be reached; try again later"
+    with suppress(OSError):  # an API with a broker elsewhere may have no such directory
+        if not has_room(data_dir):
+            detail = "the disk of the data directory is full; work goes on when it has room"
+    return ProblemError(problem("unavailable", detail), {"Retry-After": "5"})
 
 
 def queue_full() -> ProblemError:
@@ -208,8 +217,8 @@ def _methods_at(request: Request) -> list[str]:
     ]
 
 
-def _on_broker_error(_request: Request, error: Exception) -> JSONResponse:
-    answer = broker_problem(error)
+def _on_broker_error(request: Request, error: Exception) -> JSONResponse:
+    answer = broker_problem(error, request.app.state.settings.data_dir)
     return problem_response(answer.problem, answer.headers)
 
 

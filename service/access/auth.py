@@ -177,7 +177,7 @@ class Authentication:
             try:
                 return await ring.admit(authorization, needed)
             except RedisError as error:
-                raise broker_problem(error) from None
+                raise broker_problem(error, scope["app"].state.settings.data_dir) from None
         if self._keys_required:
             raise _unauthorized("an API key is needed: send it as 'Authorization: Bearer KEY'")
         _refuse_other_sites(headers)

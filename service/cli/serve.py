@@ -39,4 +39,4 @@ def command(
         if not stopping.is_set():
             typer.echo(f"MeshCone listens on {stack.url} (Ctrl-C ends it)")
         while not stopping.wait(LOOK_INTERVAL):
-            stack.mend()
+            stack.restart_ended()

@@ -96,7 +96,7 @@ def _wait(stack: Stack, client: Client, job_id: str, display: Display) -> Job:
             job = client.wait(job_id, timeout=_LOOK_INTERVAL, interval=0.1, on_change=display.job)
             break
         except TimeoutError:
-            stack.mend()
+            stack.restart_ended()
             if time.monotonic() > deadline:
                 raise InternalError(f"the job took longer than {JOB_TIMEOUT:g} s") from None
     _require_success(job)

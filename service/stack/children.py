@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 import signal
 import subprocess
 import sys
 import time
-from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from meshcone.errors import InternalError
+from service.stack.restarts import Restarts
 from worker.lifeline import tied_command
-
-logger = logging.getLogger(__name__)
-
-STARTS_ALLOWED = 5
-START_WINDOW = 30.0  # seconds; a child that ends more often than this cannot work at all
 
 
 class Child:
@@ -32,6 +25,7 @@ class Child:
 
     Attributes:
         process: the one that runs, or ran last.
+        restarts: starts it again when it has ended.
     """
 
     def __init__(
@@ -48,28 +42,23 @@ class Child:
         self._environment = environment
         self._log = log
         self._fds = fds
-        self._starts: deque[float] = deque(maxlen=STARTS_ALLOWED)
-        self.process = self._start()
+        self.process = self._started()
+        self.restarts = Restarts(name, self._start, self._ending)
 
-    def has_ended(self) -> bool:
-        """Whether its process is gone."""
-        return self.process.poll() is not None
+    @property
+    def code(self) -> int | None:
+        """Its exit code, or the negative number of the signal that ended it; None if it runs."""
+        return self.process.poll()
 
-    def mend(self) -> None:
-        """Start it again if it has ended.
+    def _start(self) -> None:
+        self.process = self._started()
 
-        Raises:
-            InternalError: it keeps ending.
-        """
-        if not self.has_ended():
-            return
-        if len(self._starts) == STARTS_ALLOWED and self._starts[0] > _now() - START_WINDOW:
-            raise InternalError(f"the {self.name} keeps ending; see its log")
-        logger.error("the %s ended (%s); starting it again", self.name, self.process.returncode)
-        self.process = self._start()
+    def _ending(self) -> str | None:
+        if self.code is None:
+            return None
+        return f"exit code {self.code}" if self.code >= 0 else signal.strsignal(-self.code)
 
-    def _start(self) -> subprocess.Popen[bytes]:
-        self._starts.append(_now())
+    def _started(self) -> subprocess.Popen[bytes]:
         log = self._log.open("ab") if self._log else None
         try:
             return subprocess.Popen(  # noqa: S603 - our own program
@@ -94,17 +83,13 @@ def end(children: Sequence[Child], *patience: float) -> None:
     for seconds in patience:
         for child in children:
             child.process.terminate()
-        deadline = _now() + seconds
+        deadline = time.monotonic() + seconds
         for child in children:
             try:
-                child.process.wait(max(0.0, deadline - _now()))
+                child.process.wait(max(0.0, deadline - time.monotonic()))
             except subprocess.TimeoutExpired:
                 continue
     for child in children:
-        if not child.has_ended():
+        if child.code is None:
             child.process.kill()
             child.process.wait()
-
-
-def _now() -> float:
-    return time.monotonic()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import socket
 import time
@@ -12,10 +11,12 @@ from types import TracebackType
 from typing import Self
 
 import httpx2
+from redis.exceptions import RedisError
 
-from meshcone.errors import InternalError
+from meshcone.errors import InputError, InternalError
 from service.api.server import listen
 from service.stack.children import Child, end
+from service.stack.restarts import Restarts
 from worker.broker.connections import connect_bytes
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.queue import JobQueue
@@ -25,9 +26,9 @@ READY_TIMEOUT = 60.0  # seconds; a worker imports the solver first, 2.5 s on an 
 API_STOP_TIMEOUT = 15.0  # seconds
 WORKER_STOP_TIMEOUT = 10.0  # seconds for the job in hand; a longer one is handed back
 HAND_BACK_TIMEOUT = 5.0  # seconds to do that
+START_TRIES = 3  # of a program that ends by itself before it ever worked
 _API = "API"
-
-logger = logging.getLogger(__name__)
+_UNUSABLE_SETTINGS = 2  # exit code of a command whose settings cannot be used
 
 
 class Stack:
@@ -35,7 +36,7 @@ class Stack:
 
     The children end with this process, however it ends; a job in hand is then started
     again by the next stack on the same data. What ends before is started again by
-    :meth:`mend`, which is to be called every now and then.
+    :meth:`restart_ended`, which is to be called every now and then.
 
     Args:
         settings: whose ``redis_url``, if any, replaces the embedded broker.
@@ -67,6 +68,7 @@ class Stack:
         self._broker: EmbeddedBroker | None = None
         self._listener: socket.socket | None = None
         self._children: list[Child] = []
+        self._restarts: list[Restarts] = []
         self.redis_url = settings.redis_url or ""
         self.url = ""
 
@@ -86,7 +88,8 @@ class Stack:
         """Start everything and wait until a job could be sent and worked on.
 
         Raises:
-            InputError: the address or the data directory cannot be had.
+            InputError: the address or the data directory cannot be had, or the settings
+                cannot be used.
             InternalError: something did not start.
         """
         try:
@@ -105,6 +108,8 @@ class Stack:
             self._broker = EmbeddedBroker(self._settings.data_dir)
             self._broker.start()
             self.redis_url = self._broker.url
+            broker = self._broker
+            self._restarts.append(Restarts("embedded broker", broker.launch, broker.ending))
         for number in range(self._workers):
             self._add(f"worker {number + 1}", ["worker"])
         self._add("webhooks", ["webhooks"])
@@ -118,6 +123,7 @@ class Stack:
         workers = [child for child in self._children if child.name != _API]
         end(workers, WORKER_STOP_TIMEOUT, HAND_BACK_TIMEOUT)
         self._children.clear()
+        self._restarts.clear()
         if self._broker is not None:
             self._broker.stop()
             self._broker = None
@@ -136,17 +142,10 @@ class Stack:
         """Process ids of the workers."""
         return [pid for name, pid in self.pids().items() if name.startswith("worker")]
 
-    def mend(self) -> None:
-        """Start again what has ended unasked.
-
-        Raises:
-            InternalError: naming what keeps ending.
-        """
-        if self._broker is not None and self._broker.has_ended():
-            logger.error("the embedded broker ended; starting it again")
-            self._broker.start()
-        for child in self._children:
-            child.mend()
+    def restart_ended(self) -> None:
+        """Start again what has ended unasked; what keeps ending, after pauses that grow."""
+        for restarts in self._restarts:
+            restarts.look()
 
     def _add(self, name: str, arguments: Sequence[str], fds: Sequence[int] = ()) -> None:
         environment = {
@@ -156,25 +155,33 @@ class Stack:
         }
         child = Child(name, arguments, environment=environment, log=self._log, fds=fds)
         self._children.append(child)
+        self._restarts.append(child.restarts)
 
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + READY_TIMEOUT
         while time.monotonic() < deadline:
             for child in self._children:
-                if child.has_ended():
-                    raise InternalError(f"the {child.name} did not start; see its log")
+                self._require_hope(child)
+            self.restart_ended()
             if self._is_ready() or self._given_up():
                 return
             time.sleep(0.1)
         raise InternalError(f"the service was not ready within {READY_TIMEOUT:g} s; see its log")
 
+    def _require_hope(self, child: Child) -> None:
+        """Tell a program that cannot run from one that something else has ended."""
+        if child.code == _UNUSABLE_SETTINGS:
+            raise InputError(f"the {child.name} cannot run with these settings; its log says why")
+        if child.code and child.code > 0 and child.restarts.count >= START_TRIES - 1:
+            raise InternalError(f"the {child.name} did not start; see its log")
+
     def _is_ready(self) -> bool:
         try:
             answer = httpx2.get(f"{self.url}/readyz", timeout=5, trust_env=False)
-        except httpx2.TransportError:
+            with connect_bytes(self.redis_url) as client:
+                registered = JobQueue(self._settings, client).local_worker_pids()
+        except (httpx2.TransportError, RedisError):
             return False
-        with connect_bytes(self.redis_url) as client:
-            registered = JobQueue(self._settings, client).local_worker_pids()
         # Workers of a stack that was killed are still registered for a while: look for ours.
         return answer.is_success and registered.issuperset(self.worker_pids())
 

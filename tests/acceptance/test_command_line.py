@@ -8,16 +8,15 @@ import signal
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from meshcone.files import MeshFile
 from tests import shapes
+from tests.integration.waiting import wait_for
 from tests.processes import children_of, has_ended
+from tests.serving import serving
 
 Finished = subprocess.CompletedProcess[str]
 
@@ -246,43 +245,22 @@ def test_serve_on_a_taken_port_is_told_in_one_line(directory: Path) -> None:
 
 
 def test_serve_ends_when_told_to_and_takes_everything_with_it(tmp_path: Path) -> None:
-    with serving(tmp_path) as (process, children):
-        process.send_signal(signal.SIGTERM)
+    with serving(tmp_path) as service:
+        children = children_of(service.process.pid)
+        service.process.send_signal(signal.SIGTERM)
 
-        assert process.wait(timeout=60) == 0
+        assert service.process.wait(timeout=60) == 0
 
     assert len(children) == 4  # broker, worker, webhooks, API
     assert all(has_ended(pid) for pid in children)
 
 
 def test_nothing_outlives_a_serve_that_was_killed(tmp_path: Path) -> None:
-    with serving(tmp_path) as (process, children):
-        process.kill()
+    with serving(tmp_path) as service:
+        children = children_of(service.process.pid)
+        service.process.kill()
 
-    deadline = time.monotonic() + 30
-    while not all(has_ended(pid) for pid in children):
-        assert time.monotonic() < deadline, "something still runs"
-        time.sleep(0.05)
-
-
-@contextmanager
-def serving(directory: Path) -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
-    """`meshcone serve`, once it listens, and its child processes."""
-    with (directory / "log").open("w") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "service.cli", "serve", "--port", "0"],
-            cwd=directory,
-            stdout=subprocess.PIPE,
-            stderr=log,
-            text=True,
-        )
-    try:
-        assert process.stdout is not None
-        assert "MeshCone listens on http://127.0.0.1:" in process.stdout.readline()
-        yield process, children_of(process.pid)
-    finally:
-        process.kill()
-        process.communicate()
+    wait_for(lambda: all(has_ended(pid) for pid in children))
 
 
 def test_openapi_check_tells_a_stale_file(tmp_path: Path) -> None:

