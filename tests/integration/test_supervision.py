@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import signal
 import threading
 import time
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
 
-import httpx2
 import pytest
 
-from tests import shapes
+from tests.calling import Caller, Form, small_form
 from tests.integration.outcomes import times_succeeded
 from tests.integration.waiting import wait_for
 from tests.serving import Service, starting
@@ -28,76 +24,12 @@ JOBS = 60
 KILLS = 10
 KILL_INTERVAL = 1.0  # seconds
 SEED = 7
-SMALL = json.dumps({"effort": "fast", "quality": {"samples": 256, "emd_samples": 32}})
 RECOVERY = 90.0  # seconds for sixty jobs on a busy machine, after the longest pause
-
-
-Form = dict[str, tuple[str, bytes]]
 
 
 @pytest.fixture(scope="module")
 def pair() -> Form:
-    """A small pair, as the files of a form."""
-    vertices, faces = shapes.sphere(1)
-    return {
-        "source": ("rough.obj", shapes.obj(shapes.noisy(vertices), faces)),
-        "reference": ("ball.obj", shapes.obj(vertices, faces)),
-    }
-
-
-class Caller:
-    """Somebody who asks once and takes what comes; every answer is noted.
-
-    Attributes:
-        alive: statuses of ``/livez``, with how often each came.
-        statuses: those of all else.
-        accepted: the ids of the jobs that were.
-    """
-
-    def __init__(self, url: str) -> None:
-        self._http = httpx2.Client(base_url=url, timeout=60, trust_env=False)
-        self.alive: Counter[int] = Counter()
-        self.statuses: Counter[int] = Counter()
-        self.accepted: list[str] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._http.close()
-
-    def submit(self, pair: Form) -> httpx2.Response:
-        answer = self._noted(self._http.post("/v1/jobs", files=pair, data={"options": SMALL}))
-        if answer.status_code == 202:
-            self.accepted.append(answer.json()["id"])
-        return answer
-
-    def look(self) -> None:
-        """Ask for what answers at any time, and for what may say that something is missing."""
-        self.alive[self._http.get("/livez").status_code] += 1
-        self.readiness()
-        self._noted(self._http.get("/v1/jobs"))
-
-    def readiness(self) -> tuple[int, str]:
-        answer = self._noted(self._http.get("/readyz"))
-        return answer.status_code, answer.json().get("detail", "")
-
-    def states(self) -> set[str]:
-        """States of the accepted jobs."""
-        answers = [self._noted(self._http.get(f"/v1/jobs/{each}")) for each in self.accepted]
-        return {answer.json().get("state", "unknown just now") for answer in answers}
-
-    def has_seen_all_end(self) -> bool:
-        self.look()
-        return self.states() <= {"succeeded", "failed", "canceled"}
-
-    def _noted(self, answer: httpx2.Response) -> httpx2.Response:
-        if answer.status_code == 503:
-            assert answer.headers["content-type"] == "application/problem+json"
-            assert "retry-after" in answer.headers
-            assert answer.json()["detail"]
-        self.statuses[answer.status_code] += 1
-        return answer
+    return small_form()
 
 
 def test_ten_kills_of_workers_in_ten_seconds_cost_no_request_and_no_job(
