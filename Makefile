@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 AUDIT := $(VENV)/audit/bin/python
 STAMP := $(VENV)/.installed
+TOOLS := $(VENV)/.installed-tests
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
 .PHONY: demo test check unit fuzz openapi audit validator browser screenshots clean
@@ -17,18 +19,18 @@ demo: $(STAMP)
 test: check unit
 	$(BIN)/python -m pytest tests/integration tests/acceptance
 
-check: $(STAMP)
+check: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/meshcone openapi --check
 
-unit: $(STAMP)
+unit: $(TOOLS)
 	$(BIN)/python -m pytest -n logical tests/unit
 
 # Damages files at random for minutes: fifty times what the suite tries.
-fuzz: $(STAMP)
+fuzz: $(TOOLS)
 	$(BIN)/python -m pytest -n logical tests/unit/assets/test_fuzz.py --hypothesis-profile=fuzz -o timeout=1800
 
 openapi: $(STAMP)
@@ -57,14 +59,23 @@ browser:
 	  $(SUDO) apt-get install -qq -y --no-install-recommends chromium curl fonts-dejavu-core; }
 
 # The pictures of the pages in docs/, made by the tests that look at them.
-screenshots: $(STAMP) browser
+screenshots: $(TOOLS) browser
 	MESHCONE_SCREENSHOTS=docs/images/dashboard $(BIN)/python -m pytest tests/acceptance/dashboard
 
-$(STAMP): pyproject.toml constraints.txt
+$(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "MeshCone needs Python 3.11 or newer; set PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
-	touch $(STAMP)
+
+# What the program needs, and nothing of what its tests need.
+$(STAMP): pyproject.toml constraints.txt | $(VENV)/bin/python
+	@echo "Installing MeshCone into $(VENV): about 700 MB, a minute or two"
+	$(INSTALL) --editable .
+	touch $@
+
+$(TOOLS): $(STAMP)
+	@echo "Installing the tests' tools into $(VENV): about 1,100 MB more, some minutes"
+	$(INSTALL) --editable '.[test]'
+	touch $@
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
