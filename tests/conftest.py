@@ -17,6 +17,7 @@ from tests.completeness import (
     pytest_runtest_makereport,
     pytest_sessionfinish,
 )
+from tests.holding import Hold
 from worker.settings import WorkerSettings
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_sessionfinish"]
@@ -47,11 +48,23 @@ def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def stack(data_dir: Path) -> Iterator[Stack]:
+def service_hold(tmp_path_factory: pytest.TempPathFactory) -> Hold:
+    return Hold(tmp_path_factory.mktemp("held"))
+
+
+@pytest.fixture(scope="session")
+def stack(data_dir: Path, service_hold: Hold) -> Iterator[Stack]:
     """Broker, API and a worker, in processes of their own."""
     settings = WorkerSettings(data_dir=data_dir)
-    with Stack(settings, log=data_dir / "service.log") as running:
+    with service_hold.stack(settings, log=data_dir / "service.log") as running:
         yield running
+
+
+@pytest.fixture
+def hold(service_hold: Hold) -> Iterator[Hold]:
+    """Keeps jobs of the session's service at work, until the test's end at most."""
+    yield service_hold
+    service_hold.release()
 
 
 @pytest.fixture

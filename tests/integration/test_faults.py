@@ -13,9 +13,10 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
+from tests.holding import Hold
 from tests.integration.jobs import make_job
-from tests.integration.mended import mended_stack
 from tests.integration.outcomes import times_succeeded
+from tests.integration.restarted import restarted_stack
 from tests.integration.waiting import RECOVERY, insist, wait_for
 from tests.processes import has_ended, horses_of, upkeep_of
 from worker.broker.connections import connect_bytes, connect_text
@@ -25,6 +26,7 @@ from worker.jobs.records import JobRecord, StoredFile
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 
+Pair = tuple[MeshFile, MeshFile]
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
 
 
@@ -34,20 +36,32 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> WorkerSettings:
 
 
 @pytest.fixture(scope="module")
-def mended(settings: WorkerSettings) -> Iterator[Stack]:
-    with mended_stack(settings, workers=2, log=settings.data_dir / "log") as stack:
+def faults_hold(tmp_path_factory: pytest.TempPathFactory) -> Hold:
+    return Hold(tmp_path_factory.mktemp("held"))
+
+
+@pytest.fixture(scope="module")
+def restarted(settings: WorkerSettings, faults_hold: Hold) -> Iterator[Stack]:
+    log = settings.data_dir / "log"
+    with restarted_stack(settings, faults_hold, workers=2, log=log) as stack:
         yield stack
 
 
 @pytest.fixture
-def caller(mended: Stack) -> Iterator[Client]:
-    with Client(mended.url) as client:
+def hold(faults_hold: Hold) -> Iterator[Hold]:
+    yield faults_hold
+    faults_hold.release()
+
+
+@pytest.fixture
+def caller(restarted: Stack) -> Iterator[Client]:
+    with Client(restarted.url) as client:
         yield client
 
 
 @pytest.fixture
-def connection(mended: Stack) -> Iterator[Redis]:
-    with connect_text(mended.redis_url) as opened:
+def connection(restarted: Stack) -> Iterator[Redis]:
+    with connect_text(restarted.redis_url) as opened:
         yield opened
 
 
@@ -57,29 +71,20 @@ def jobs(connection: Redis) -> Ledger:
 
 
 @pytest.fixture
-def queue(mended: Stack, settings: WorkerSettings) -> Iterator[JobQueue]:
-    with connect_bytes(mended.redis_url) as connection:
+def queue(restarted: Stack, settings: WorkerSettings) -> Iterator[JobQueue]:
+    with connect_bytes(restarted.redis_url) as connection:
         yield JobQueue(settings, connection)
 
 
 @pytest.fixture(scope="module")
-def slow_ball() -> MeshFile:
-    """A source large enough to be caught at work."""
-    vertices, faces = shapes.sphere(4)
-    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
-
-
-@pytest.fixture(scope="module")
-def small_pair() -> tuple[MeshFile, MeshFile]:
+def small_pair() -> Pair:
     vertices, faces = shapes.sphere(1)
     rough = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))
     return rough, MeshFile("ball.obj", shapes.obj(vertices, faces))
 
 
 @pytest.fixture
-def unsent_job(
-    jobs: Ledger, settings: WorkerSettings, small_pair: tuple[MeshFile, MeshFile]
-) -> JobRecord:
+def unsent_job(jobs: Ledger, settings: WorkerSettings, small_pair: Pair) -> JobRecord:
     """A job the ledger knows and no message is about."""
     blobs = BlobStore.open(settings)
     source, reference = (
@@ -94,24 +99,27 @@ def unsent_job(
 
 
 def test_a_job_whose_worker_and_horse_are_killed_is_done_by_another(
-    mended: Stack, caller: Client, jobs: Ledger, slow_ball: MeshFile, ball: MeshFile
+    restarted: Stack, caller: Client, jobs: Ledger, hold: Hold, small_pair: Pair
 ) -> None:
-    job = caller.submit(slow_ball, ball)
-    worker = worker_of(mended, jobs, job.id)
+    source, reference = small_pair
+    job = caller.submit(hold.mesh(source), reference, SMALL)
+    worker = worker_of(restarted, jobs, job.id)
     [horse] = horses_of(worker)
 
     os.kill(worker, signal.SIGKILL)
     os.kill(horse, signal.SIGKILL)
 
     wait_for(lambda: jobs.get(job.id).attempt == 2)
+    hold.release()
     assert caller.wait(job.id, timeout=RECOVERY).state == "succeeded"
 
 
 def test_a_frozen_worker_loses_its_job_and_cannot_end_it_twice(
-    mended: Stack, caller: Client, jobs: Ledger, slow_ball: MeshFile, ball: MeshFile
+    restarted: Stack, caller: Client, jobs: Ledger, hold: Hold, small_pair: Pair
 ) -> None:
-    job = caller.submit(slow_ball, ball)
-    worker = worker_of(mended, jobs, job.id)
+    source, reference = small_pair
+    job = caller.submit(hold.mesh(source), reference, SMALL)
+    worker = worker_of(restarted, jobs, job.id)
     [horse] = horses_of(worker)
     for pid in (worker, horse):
         os.kill(pid, signal.SIGSTOP)
@@ -121,6 +129,7 @@ def test_a_frozen_worker_loses_its_job_and_cannot_end_it_twice(
         os.kill(pid, signal.SIGCONT)
 
     wait_for(lambda: has_ended(horse))
+    hold.release()
     finished = caller.wait(job.id, timeout=RECOVERY)
     assert (finished.state, finished.attempt) == ("succeeded", 2)
 
@@ -139,9 +148,9 @@ def test_a_message_a_worker_died_holding_is_sent_again(
 
 
 def test_reconcilers_that_are_killed_are_replaced(
-    mended: Stack, jobs: Ledger, unsent_job: JobRecord
+    restarted: Stack, jobs: Ledger, unsent_job: JobRecord
 ) -> None:
-    for worker in mended.worker_pids():
+    for worker in restarted.worker_pids():
         for upkeep in upkeep_of(worker):
             os.kill(upkeep, signal.SIGKILL)
 
@@ -149,11 +158,11 @@ def test_reconcilers_that_are_killed_are_replaced(
 
 
 def test_a_broker_that_is_killed_has_forgotten_nothing_it_acknowledged(
-    mended: Stack, caller: Client, connection: Redis, small_pair: tuple[MeshFile, MeshFile]
+    restarted: Stack, caller: Client, connection: Redis, small_pair: Pair
 ) -> None:
     accepted = [caller.submit(*small_pair, SMALL).id for _ in range(10)]
 
-    os.kill(mended.pids()["broker"], signal.SIGKILL)
+    os.kill(restarted.pids()["broker"], signal.SIGKILL)
 
     for job_id in accepted:
         wait_for(lambda job_id=job_id: insist(lambda: caller.job(job_id)).state == "succeeded")
@@ -161,11 +170,11 @@ def test_a_broker_that_is_killed_has_forgotten_nothing_it_acknowledged(
 
 
 def test_an_api_that_is_killed_answers_again(
-    mended: Stack, caller: Client, small_pair: tuple[MeshFile, MeshFile]
+    restarted: Stack, caller: Client, small_pair: Pair
 ) -> None:
     job = caller.submit(*small_pair, SMALL)
 
-    os.kill(mended.pids()["API"], signal.SIGKILL)
+    os.kill(restarted.pids()["API"], signal.SIGKILL)
 
     wait_for(lambda: insist(lambda: caller.job(job.id)).state == "succeeded")
 

@@ -8,22 +8,25 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from service.stack import Stack
+from tests.holding import Hold
 from worker.settings import WorkerSettings
 
 _LOOK_INTERVAL = 0.2  # seconds
 
 
 @contextmanager
-def mended_stack(settings: WorkerSettings, *, workers: int, log: Path) -> Iterator[Stack]:
-    """Broker, API and workers, each started again when it ends."""
-    with Stack(settings, workers=workers, log=log) as stack:
+def restarted_stack(
+    settings: WorkerSettings, hold: Hold, *, workers: int, log: Path
+) -> Iterator[Stack]:
+    """Broker, API and workers, each started again when it ends; their jobs can be held."""
+    with hold.stack(settings, workers=workers, log=log) as stack:
         stopping = threading.Event()
 
-        def mend() -> None:
+        def look() -> None:
             while not stopping.wait(_LOOK_INTERVAL):
-                stack.mend()
+                stack.restart_ended()
 
-        thread = threading.Thread(target=mend, daemon=True)
+        thread = threading.Thread(target=look, daemon=True)
         thread.start()
         try:
             yield stack
