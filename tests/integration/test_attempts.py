@@ -16,6 +16,7 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
+from tests.holding import Hold
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended, horses_of
 from worker.broker.connections import connect_text
@@ -23,7 +24,7 @@ from worker.jobs.ledger import Ledger
 from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 
-LONG = {"quality": {"emd_samples": 8192}}  # many seconds of work
+HUNGRY = {"quality": {"emd_samples": 8192}}  # half a gigabyte for its matching alone
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
 
 
@@ -34,10 +35,11 @@ class Installation:
     stack: Stack
     client: Client
     ledger: Ledger
+    hold: Hold
 
     def running(self, source: MeshFile, reference: MeshFile) -> tuple[str, int]:
-        """The id of a job that takes long, and its horse."""
-        job_id = self.client.submit(source, reference, LONG).id
+        """The id of a job that is held, and its horse."""
+        job_id = self.client.submit(self.hold.mesh(source), reference, SMALL).id
         [worker] = self.stack.worker_pids()
         wait_for(lambda: self.ledger.get(job_id).progress is not None)
         [horse] = horses_of(worker)
@@ -52,16 +54,16 @@ Install = Callable[..., Installation]
 
 
 @pytest.fixture
-def install(tmp_path: Path) -> Iterator[Install]:
+def install(tmp_path: Path, hold: Hold) -> Iterator[Install]:
     with ExitStack() as opened:
 
         def start(**settings: Any) -> Installation:
             stack = opened.enter_context(
-                Stack(WorkerSettings(data_dir=tmp_path, **settings), log=tmp_path / "log")
+                hold.stack(WorkerSettings(data_dir=tmp_path, **settings), log=tmp_path / "log")
             )
             client = opened.enter_context(Client(stack.url))
             connection = opened.enter_context(connect_text(stack.redis_url))
-            return Installation(stack, client, Ledger(connection))
+            return Installation(stack, client, Ledger(connection), hold)
 
         yield start
 
@@ -75,8 +77,9 @@ def test_a_job_out_of_time_is_a_timeout_and_not_tried_again(
     install: Install, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
     installation = install(job_timeout=1)
+    held = installation.hold.mesh(rough_ball)
 
-    failed = installation.ended(installation.client.submit(rough_ball, ball, LONG).id)
+    failed = installation.ended(installation.client.submit(held, ball, SMALL).id)
 
     assert failed.error is not None
     assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "timeout")
@@ -87,7 +90,7 @@ def test_a_job_out_of_memory_is_that_and_not_tried_again(
 ) -> None:
     installation = install(job_memory_bytes=300_000_000)
 
-    failed = installation.ended(installation.client.submit(rough_ball, ball, LONG).id)
+    failed = installation.ended(installation.client.submit(rough_ball, ball, HUNGRY).id)
 
     assert failed.error is not None
     assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "memory")
@@ -127,6 +130,7 @@ def test_a_worker_asked_to_stop_ends_the_job_in_hand_first(
     [worker] = installation.stack.worker_pids()
 
     os.kill(worker, signal.SIGTERM)
+    installation.hold.release()
 
     wait_for(lambda: has_ended(worker), 60)
     assert installation.ledger.get(job_id).state == "succeeded"
@@ -145,5 +149,5 @@ def test_a_worker_out_of_grace_hands_its_job_back_and_no_attempt_is_counted(
     assert has_ended(horse)
     handed_back = installation.ledger.get(job_id)
     assert (handed_back.state, handed_back.attempt, handed_back.handed_back) == ("queued", 1, 1)
-    installation.stack.mend()
+    installation.stack.restart_ended()
     wait_for(lambda: installation.ledger.get(job_id).attempt == 2)

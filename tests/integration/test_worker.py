@@ -12,7 +12,7 @@ import pytest
 from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
-from tests import shapes
+from tests.holding import Hold
 from tests.integration.jobs import make_job
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended, horses_of
@@ -32,28 +32,32 @@ def service_ledger(stack: Stack) -> Iterator[Ledger]:
         yield Ledger(connection)
 
 
-@pytest.fixture(scope="module")
-def slow_ball() -> MeshFile:
-    """A source large enough to be caught at work."""
-    vertices, faces = shapes.sphere(4)
-    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
-
-
 def test_a_job_whose_horse_is_killed_is_started_again_and_succeeds(
-    stack: Stack, client: Client, service_ledger: Ledger, slow_ball: MeshFile, ball: MeshFile
+    stack: Stack,
+    client: Client,
+    service_ledger: Ledger,
+    hold: Hold,
+    rough_ball: MeshFile,
+    ball: MeshFile,
 ) -> None:
-    job = client.submit(slow_ball, ball)
+    job = client.submit(hold.mesh(rough_ball), ball)
 
     kill_horse(stack, service_ledger, job.id, attempt=1)
+    hold.release()
 
     finished = client.wait(job.id, timeout=PATIENCE)
     assert (finished.state, finished.attempt) == ("succeeded", 2)
 
 
 def test_a_job_that_kills_every_horse_fails_as_a_crash(
-    stack: Stack, client: Client, service_ledger: Ledger, slow_ball: MeshFile, ball: MeshFile
+    stack: Stack,
+    client: Client,
+    service_ledger: Ledger,
+    hold: Hold,
+    rough_ball: MeshFile,
+    ball: MeshFile,
 ) -> None:
-    job = client.submit(slow_ball, ball)
+    job = client.submit(hold.mesh(rough_ball), ball)
 
     for attempt in (1, 2, 3):
         kill_horse(stack, service_ledger, job.id, attempt)
@@ -97,13 +101,14 @@ def test_a_missing_blob_is_a_fault_of_the_service_and_shows_no_path(
     assert str(data_dir) not in failed.error.detail
 
 
-def test_horse_ends_with_its_worker(tmp_path: Path, slow_ball: MeshFile, ball: MeshFile) -> None:
-    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as doomed:
-        with Client(doomed.url) as client, connect_text(doomed.redis_url) as connection:
-            job = client.submit(slow_ball, ball)
-            [worker] = doomed.worker_pids()
-            wait_for(lambda: Ledger(connection).get(job.id).state == "running")
-            wait_for(lambda: bool(horses_of(worker)))
+def test_horse_ends_with_its_worker(
+    tmp_path: Path, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    with hold.stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as doomed:
+        with Client(doomed.url) as client:
+            client.submit(hold.mesh(rough_ball), ball)
+        [worker] = doomed.worker_pids()
+        wait_for(lambda: bool(horses_of(worker)))
         [horse] = horses_of(worker)
 
         os.kill(worker, signal.SIGKILL)
