@@ -7,7 +7,6 @@ each answer with it: status, media type, headers, schema; and no answer is a 500
 from __future__ import annotations
 
 import hashlib
-import json
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.problems import TYPE_PREFIX
 from service.stack import Stack
+from tests.holding import Hold
 from worker.jobs.identifiers import new_job_id
 
 # The application's own, byte for byte, as another test checks.
@@ -116,9 +116,13 @@ def call(stack: Stack, session: requests.Session) -> Described:
 
 @pytest.fixture
 def form(rough_ball: MeshFile, ball: MeshFile) -> dict[str, Any]:
+    return form_of(rough_ball, ball)
+
+
+def form_of(source: MeshFile, reference: MeshFile) -> dict[str, Any]:
     files = [
-        ("source", (rough_ball.name, rough_ball.data)),
-        ("reference", (ball.name, ball.data)),
+        ("source", (source.name, source.data)),
+        ("reference", (reference.name, reference.data)),
     ]
     return {"files": files, "data": {"options": "{}"}}
 
@@ -156,9 +160,10 @@ def test_a_job_and_its_results_are_answered_as_described(
         call("GET", template, 416, job, headers={"Range": "bytes=999999999-"})
 
 
-def test_the_end_of_a_job_is_answered_as_described(call: Described, form: dict[str, Any]) -> None:
-    slow = {**form, "data": {"options": json.dumps({"quality": {"emd_samples": 8192}})}}
-    job = call("POST", "/v1/jobs", 202, **slow).json()["id"]
+def test_the_end_of_a_job_is_answered_as_described(
+    call: Described, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    job = call("POST", "/v1/jobs", 202, **form_of(hold.mesh(rough_ball), ball)).json()["id"]
 
     call("GET", "/v1/jobs/{job_id}/mesh", 409, job)
     call("DELETE", "/v1/jobs/{job_id}", 409, job)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,13 @@ from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
-from tests import shapes
+from tests.holding import Hold
+from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_text
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
 
 PATIENCE = 60.0  # seconds
-SLOW = {"quality": {"emd_samples": 8192}}  # seconds of work, whatever the meshes
 
 
 @pytest.fixture
@@ -42,12 +41,6 @@ def finished(stack: Stack, rough_ball: MeshFile, ball: MeshFile) -> Job:
         return client.wait(client.submit(rough_ball, ball).id)
 
 
-@pytest.fixture
-def slow_ball() -> MeshFile:
-    vertices, faces = shapes.sphere(4)
-    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
-
-
 def events_of(answer: httpx2.Response) -> list[dict[str, str]]:
     """What a browser would make of the stream."""
     blocks = [block for block in answer.text.split("\n\n") if "data: " in block]
@@ -56,13 +49,6 @@ def events_of(answer: httpx2.Response) -> list[dict[str, str]]:
 
 def states_in(events: list[dict[str, str]]) -> list[str]:
     return [json.loads(each["data"])["state"] for each in events if each["event"] == "state"]
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.05)
 
 
 def problem_type(answer: httpx2.Response) -> str:
@@ -150,14 +136,14 @@ def test_a_cursor_can_be_neither_read_nor_made_up(
 
 
 def test_a_running_job_is_canceled_and_the_next_one_runs(
-    http: httpx2.Client, client: Client, slow_ball: MeshFile, rough_ball: MeshFile, ball: MeshFile
+    http: httpx2.Client, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    slow, waiting = client.submit(slow_ball, ball, SLOW), client.submit(rough_ball, ball)
-    wait_for(lambda: client.job(slow.id).state == "running")
+    held, waiting = (client.submit(source, ball) for source in (hold.mesh(rough_ball), rough_ball))
+    wait_for(lambda: client.job(held.id).state == "running", PATIENCE)
 
-    answer = http.post(f"/v1/jobs/{slow.id}/cancel")
+    answer = http.post(f"/v1/jobs/{held.id}/cancel")
 
-    canceled = client.wait(slow.id, timeout=PATIENCE)
+    canceled = client.wait(held.id, timeout=PATIENCE)
     assert answer.status_code == 202
     assert answer.json()["cancel_requested"] is not None
     assert (canceled.state, canceled.error) == ("canceled", None)
@@ -165,13 +151,13 @@ def test_a_running_job_is_canceled_and_the_next_one_runs(
 
 
 def test_a_queued_job_is_canceled_at_once_and_never_runs(
-    http: httpx2.Client, client: Client, slow_ball: MeshFile, rough_ball: MeshFile, ball: MeshFile
+    http: httpx2.Client, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    slow, waiting = client.submit(slow_ball, ball, SLOW), client.submit(rough_ball, ball)
+    held, waiting = (client.submit(source, ball) for source in (hold.mesh(rough_ball), rough_ball))
 
     first, again = (http.post(f"/v1/jobs/{waiting.id}/cancel") for _ in range(2))
-    http.post(f"/v1/jobs/{slow.id}/cancel")
-    client.wait(slow.id, timeout=PATIENCE)
+    http.post(f"/v1/jobs/{held.id}/cancel")
+    client.wait(held.id, timeout=PATIENCE)
 
     assert (first.status_code, first.json()["state"]) == (200, "canceled")
     assert again.json() == first.json()
@@ -185,9 +171,9 @@ def test_a_finished_job_can_no_longer_be_canceled(http: httpx2.Client, finished:
 
 
 def test_a_canceled_job_has_no_results(
-    http: httpx2.Client, client: Client, slow_ball: MeshFile, ball: MeshFile
+    http: httpx2.Client, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    job = client.submit(slow_ball, ball, SLOW)
+    job = client.submit(hold.mesh(rough_ball), ball)
     http.post(f"/v1/jobs/{job.id}/cancel")
     client.wait(job.id, timeout=PATIENCE)
 
@@ -226,9 +212,9 @@ def test_files_of_other_jobs_outlive_a_deleted_one(
 
 
 def test_a_job_that_has_not_ended_is_canceled_before_it_is_deleted(
-    http: httpx2.Client, client: Client, slow_ball: MeshFile, ball: MeshFile
+    http: httpx2.Client, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    job = client.submit(slow_ball, ball, SLOW)
+    job = client.submit(hold.mesh(rough_ball), ball)
 
     refused = http.delete(f"/v1/jobs/{job.id}")
     http.post(f"/v1/jobs/{job.id}/cancel")

@@ -15,7 +15,7 @@ import pytest
 from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
-from tests import shapes
+from tests.holding import Hold
 from worker.broker.connections import connect_text
 from worker.jobs.idempotency import KeyClaims, key_place
 from worker.jobs.identifiers import new_job_id
@@ -26,13 +26,6 @@ from worker.settings import WorkerSettings
 def http(stack: Stack) -> Iterator[httpx2.Client]:
     with httpx2.Client(base_url=stack.url, timeout=60, trust_env=False) as client:
         yield client
-
-
-@pytest.fixture(scope="module")
-def slow_ball() -> MeshFile:
-    """A source that takes a second or more."""
-    vertices, faces = shapes.sphere(4)
-    return MeshFile("slow.obj", shapes.obj(shapes.noisy(vertices), faces))
 
 
 def submit(
@@ -70,14 +63,13 @@ def test_a_client_that_prefers_to_wait_gets_the_finished_job(
     assert http.get(answer.json()["links"]["mesh"]).status_code == 200
 
 
-def test_waiting_has_an_end(http: httpx2.Client, slow_ball: MeshFile, ball: MeshFile) -> None:
-    fields = {"options": json.dumps({"quality": {"emd_samples": 8192}})}
-
-    answer = submit(http, slow_ball, ball, {"Prefer": "wait=0"}, **fields)
+def test_waiting_has_an_end(
+    http: httpx2.Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    answer = submit(http, hold.mesh(rough_ball), ball, {"Prefer": "wait=0"})
 
     assert answer.status_code == 202
     assert answer.json()["state"] in ("queued", "running")
-    http.post(answer.json()["links"]["cancel"])
 
 
 def test_a_longer_wait_than_is_granted_is_said_to_be_shorter(

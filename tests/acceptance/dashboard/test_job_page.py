@@ -16,6 +16,7 @@ from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
 from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels
+from tests.holding import Hold
 
 DRAWN = 4.0  # mean difference of the pixels, of 255, that no antialiasing makes
 
@@ -165,7 +166,7 @@ def test_the_curl_command_repeats_the_job(
     again = Job.model_validate_json(sent.stdout)
     assert (again.options, again.labels) == (refined.options, refined.labels)
     assert (again.source, again.reference) == (refined.source, refined.reference)
-    client.cancel(again.id)
+    client.wait(again.id)  # or it would keep the one worker from what comes next
 
 
 def test_a_job_that_failed_says_why(page: Page, client: Client, ball: MeshFile) -> None:
@@ -178,9 +179,9 @@ def test_a_job_that_failed_says_why(page: Page, client: Client, ball: MeshFile) 
 
 
 def test_a_job_can_be_canceled_and_then_deleted(
-    page: Page, client: Client, rough_jug: MeshFile, jug: MeshFile
+    page: Page, client: Client, hold: Hold, rough_jug: MeshFile, jug: MeshFile
 ) -> None:
-    blocking = client.submit(rough_jug, jug)  # keeps the one worker from the job canceled here
+    client.submit(hold.mesh(rough_jug), jug)  # keeps the one worker from the job canceled here
     job = client.submit(rough_jug, jug)
     page.goto(f"/jobs/{job.id}")
     page.get_by_role("button", name="Cancel").click()
@@ -191,7 +192,6 @@ def test_a_job_can_be_canceled_and_then_deleted(
     page.wait_for_url(lambda url: url.endswith("/"))
 
     assert job.id not in [each.id for each in client.all_jobs()]
-    client.cancel(blocking.id)
 
 
 def test_a_measurement_shows_the_mesh_beside_its_reference(

@@ -11,20 +11,23 @@ from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
 from tests.acceptance.dashboard.browsing import drop, keep_picture, watched_page
+from tests.holding import Hold
 
 
 def test_two_dropped_files_become_a_job_that_is_followed_to_its_verdict(
-    page: Page, rough_jug: MeshFile, jug: MeshFile
+    page: Page, hold: Hold, rough_jug: MeshFile, jug: MeshFile
 ) -> None:
+    source = hold.mesh(rough_jug)
     page.goto("/")
-    drop(page, "#drop", {rough_jug.name: rough_jug.data, jug.name: jug.data})
-    expect(page.locator(".slot[data-slot=source]")).to_contain_text("jug_scan.glb")
+    drop(page, "#drop", {source.name: source.data, jug.name: jug.data})
+    expect(page.locator(".slot[data-slot=source]")).to_contain_text(source.name)
     expect(page.locator(".slot[data-slot=reference]")).to_contain_text("jug.glb")
     page.get_by_role("button", name="Start the job").click()
     page.get_by_role("link", name="Watch this job").click()
 
     expect(page.get_by_test_id("progress")).to_be_visible()
-    expect(page.get_by_text(re.compile("^(solving|measuring)"))).to_be_visible(timeout=60_000)
+    expect(page.get_by_text(re.compile("^reading"))).to_be_visible(timeout=60_000)
+    hold.release()
     verdict = page.get_by_test_id("verdict")
     expect(verdict).to_contain_text("times closer to its reference", timeout=120_000)
     expect(verdict).to_contain_text("No gates were set")
