@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from meshcone.assets import read_asset
+from tests.holding import Hold
 
 TIMEOUT = 240  # seconds; a guard, not an expectation
 MARK = "MESHCONE_TEST_RUN"  # an environment variable all descendants of a run inherit
@@ -135,9 +136,13 @@ def test_demo_leaves_no_process(finished: tuple[Path, str]) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", ["starting a broker", "sent source.glb"])
 def test_interrupted_demo_leaves_nothing(
-    tmp_path: Path, number: signal.Signals, moment: str
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    number: signal.Signals,
+    moment: str,
 ) -> None:
-    for line in interrupted_at(moment, number, tmp_path):
+    hold = Hold(tmp_path_factory.mktemp("held"), sources="source.glb")  # the demo's only job
+    for line in interrupted_at(moment, number, tmp_path, hold):
         assert "Traceback" not in line
     assert wait_for_none(str(tmp_path)) == []
     assert list(tmp_path.iterdir()) == []
@@ -158,11 +163,11 @@ def test_failed_demo_leaves_the_log_of_its_service(tmp_path: Path) -> None:
     assert (tmp_path / "service.log").stat().st_size > 0
 
 
-def interrupted_at(moment: str, number: signal.Signals, out: Path) -> Iterator[str]:
+def interrupted_at(moment: str, number: signal.Signals, out: Path, hold: Hold) -> Iterator[str]:
     """Run the demo, send it a signal once it has printed ``moment``, yield all it prints."""
     process = subprocess.Popen(
         [sys.executable, "-u", "-m", "service.cli", "demo", "--out", str(out)],
-        env={**os.environ, MARK: str(out), "TMPDIR": str(out)},
+        env={**os.environ, **hold.environment(), MARK: str(out), "TMPDIR": str(out)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -1,8 +1,8 @@
 """Loaded by each Python process of a held installation: some of its jobs wait for their test.
 
 Python imports a module of this name at its start if its folder is in PYTHONPATH. A job whose
-source's name begins with `held` waits, as soon as it has a progress to report, until the folder
-that HELD_JOBS names has a file of the source's name.
+source's name begins as HELD_SOURCES says waits, as soon as it has a progress to report, until
+the folder that HELD_JOBS names has a file of the source's name.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def change(module: Any) -> None:
     def report_and_wait(reporter: Any, progress: Any) -> None:
         report(reporter, progress)
         name = reporter._ledger.get(reporter._job_id).source.name
-        if name.startswith("held"):
+        if name.startswith(os.environ["HELD_SOURCES"]):
             while not Path(os.environ["HELD_JOBS"], name).exists():
                 time.sleep(0.01)
 
