@@ -88,7 +88,13 @@ class Job(BaseModel):
     expired: datetime | None = Field(description="when its files went: there is no result any more")
     source: SentFile
     reference: SentFile
-    resources: list[SentFile]
+    source_resources: list[SentFile] = Field(
+        default_factory=list, description="files that only the source names"
+    )
+    reference_resources: list[SentFile] = Field(
+        default_factory=list, description="files that only the reference names"
+    )
+    resources: list[SentFile] = Field(description="files that either may name")
     options: dict[str, Any] = Field(description="every option with its value")
     progress: JobProgress | None
     error: Problem | None = Field(description="why it failed")
@@ -120,6 +126,8 @@ class Job(BaseModel):
             expired=record.expired,
             source=SentFile.of(record.source),
             reference=SentFile.of(record.reference),
+            source_resources=[SentFile.of(file) for file in record.source_resources],
+            reference_resources=[SentFile.of(file) for file in record.reference_resources],
             resources=[SentFile.of(file) for file in record.resources],
             options=record.options,
             progress=record.progress,

@@ -14,7 +14,7 @@ import hashlib
 import json
 import time
 import uuid
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -97,16 +97,24 @@ class Client:
         reference: MeshFile | NamedBlob,
         options: Mapping[str, Any] | None = None,
         *,
+        source_resources: Iterable[MeshFile | NamedBlob] = (),
+        reference_resources: Iterable[MeshFile | NamedBlob] = (),
+        resources: Iterable[MeshFile | NamedBlob] = (),
         labels: Sequence[str] = (),
         webhook: str | None = None,
         idempotency_key: str | None = None,
     ) -> Job:
-        """Submit a mesh and its reference, with the resources of both.
+        """Submit a mesh and its reference, each with its own resources.
+
+        Two files of one name are two files as long as they belong to different meshes.
 
         Args:
-            source: the mesh, or what :meth:`upload` has made of it.
-            reference: the mesh it should have been.
+            source: the mesh, with the resources it has, or what :meth:`upload` has made of it.
+            reference: the mesh it should have been, likewise.
             options: those that are not to be the default.
+            source_resources: further files that the source names, such as uploaded ones.
+            reference_resources: further files that the reference names.
+            resources: files that both name; none of them is sent for one of the two as well.
             labels: names to find the job by.
             webhook: where the service is to say that the job has ended.
             idempotency_key: submissions of the same content with the same key make one job;
@@ -120,14 +128,16 @@ class Client:
         ]
         if webhook is not None:
             parts.append(("webhook", (None, webhook)))
-        resources: dict[str, bytes] = {}
-        for name, file in (("reference", reference), ("source", source)):
-            if isinstance(file, NamedBlob):
-                parts.append((name, (None, file.model_dump_json())))
-            else:
-                parts.append((name, (file.name, file.data)))
-                resources |= file.resources
-        parts += [("resources", each) for each in resources.items()]
+        for side, file in (("source", source), ("reference", reference)):
+            parts.append((side, _content(file)))
+            if isinstance(file, MeshFile):
+                parts += [(f"{side}_resources", each) for each in file.resources.items()]
+        for field, files in (
+            ("source_resources", source_resources),
+            ("reference_resources", reference_resources),
+            ("resources", resources),
+        ):
+            parts += [(field, _content(file)) for file in files]
         headers = {"Idempotency-Key": idempotency_key or str(uuid.uuid4())}
         answer = self._request("POST", JOBS_PATH, files=parts, headers=headers)
         return Job.model_validate_json(answer.content)
@@ -253,6 +263,12 @@ class Client:
             self._has_answered = True
             if not (_is_passing(answer) and patience.pause(answer.headers)):
                 return answer
+
+
+def _content(file: MeshFile | NamedBlob) -> tuple[str | None, str | bytes]:
+    if isinstance(file, NamedBlob):
+        return None, file.model_dump_json()
+    return file.name, file.data
 
 
 def _is_passing(answer: httpx2.Response) -> bool:

@@ -93,12 +93,11 @@ class Ledger:
             KeyReusedError: the key is of another request.
             redis.TimeoutError: the broker did not say in time that the job is on its disk.
         """
-        files = (record.source, record.reference, *record.resources)
         step: dict[str, Any] = {
             "id": record.id,
             "fields": record.encoded(),
             "labels": record.labels,
-            "digests": sorted({file.digest for file in files}),
+            "digests": sorted({file.digest for file in record.files}),
         }
         if capacity is not None:
             step["capacity"] = capacity

@@ -83,6 +83,9 @@ class JobRecord(_Frozen):
         handed_back: how many of those starts were given up by a worker that was stopped.
         expired: when its files were let go.
         cancel_requested: when somebody asked for it to be canceled while it was running.
+        source_resources: files that only the source names.
+        reference_resources: files that only the reference names.
+        resources: files that either may name.
         options: every option with its resolved value.
         webhook: where to say that it has ended.
         owner: id of the API key it was sent with; None if it was sent without.
@@ -107,6 +110,8 @@ class JobRecord(_Frozen):
     labels: tuple[str, ...] = ()
     source: StoredFile
     reference: StoredFile
+    source_resources: tuple[StoredFile, ...] = ()
+    reference_resources: tuple[StoredFile, ...] = ()
     resources: tuple[StoredFile, ...] = ()
     options: dict[str, Any]
     webhook: str | None = None
@@ -118,6 +123,12 @@ class JobRecord(_Frozen):
     verdict: Verdict | None = None
     summary: JobSummary | None = None
     timings: dict[str, float] = {}
+
+    @property
+    def files(self) -> tuple[StoredFile, ...]:
+        """Everything that was sent."""
+        beside = self.source_resources + self.reference_resources + self.resources
+        return (self.source, self.reference, *beside)
 
     @property
     def has_ended(self) -> bool:

@@ -137,9 +137,8 @@ def _work(
     record: JobRecord, blobs: BlobStore, progress: ProgressCallback, seconds: int
 ) -> JobFiles:
     options = parse_options(record.options)
-    source, reference = (
-        _mesh_file(blobs, file, record.resources) for file in (record.source, record.reference)
-    )
+    source = _mesh_file(blobs, record.source, record.source_resources + record.resources)
+    reference = _mesh_file(blobs, record.reference, record.reference_resources + record.resources)
     if options.mode == "measure":
         return of_measurement(record.source.name, measurement(source, reference, options))
     # Below the job's own limit, so that the solver's C code returns before the alarm.

@@ -17,6 +17,10 @@ _BLOB = {
 }
 
 
+def _files(description: str) -> dict[str, Any]:
+    return {"type": "array", "items": {"anyOf": [_BYTES, _BLOB]}, "description": description}
+
+
 def _file(description: str) -> dict[str, Any]:
     return {"anyOf": [_BYTES, _BLOB], "description": description}
 
@@ -38,11 +42,14 @@ SUBMISSION_FORM: dict[str, Any] = {
                             "contentSchema": {"$ref": "#/components/schemas/Options"},
                             "description": "a JSON object; {} for the defaults",
                         },
-                        "resources": {
-                            "type": "array",
-                            "items": {"anyOf": [_BYTES, _BLOB]},
-                            "description": "files that a .gltf or .obj names: buffers, materials",
-                        },
+                        "source_resources": _files(
+                            "files that the source names (buffers, materials), a field each"
+                        ),
+                        "reference_resources": _files("files that the reference names"),
+                        "resources": _files(
+                            "files that both name; none may have the name of one that is sent "
+                            "for the source or for the reference alone"
+                        ),
                         "label": {
                             "type": "array",
                             "items": {"type": "string", "maxLength": LABEL_LENGTH},

@@ -57,6 +57,8 @@ class Parcel:
     job_id: str
     source: IncomingFile
     reference: IncomingFile
+    source_resources: tuple[IncomingFile, ...]
+    reference_resources: tuple[IncomingFile, ...]
     resources: tuple[IncomingFile, ...]
     options: Options
     labels: tuple[str, ...]
@@ -65,7 +67,8 @@ class Parcel:
     @property
     def files(self) -> tuple[IncomingFile, ...]:
         """All of them."""
-        return (self.source, self.reference, *self.resources)
+        beside = self.source_resources + self.reference_resources + self.resources
+        return (self.source, self.reference, *beside)
 
     @property
     def size(self) -> int:
@@ -75,11 +78,16 @@ class Parcel:
     def fingerprint(self) -> str:
         """A digest that is the same for the same request, and for no other."""
         document = {
-            "files": [(file.stored.name, file.stored.digest) for file in self.files],
+            "files": _identities((self.source, self.reference, *self.resources)),
             "options": self.options.model_dump(mode="json"),
             "labels": self.labels,
             "webhook": self.webhook,
         }
+        # Left out where empty: a key that was bound before there were sides still fits.
+        if self.source_resources:
+            document["source_resources"] = _identities(self.source_resources)
+        if self.reference_resources:
+            document["reference_resources"] = _identities(self.reference_resources)
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
@@ -90,11 +98,17 @@ def gather(submission: Submission, context: Context) -> Parcel:
         InputError: a file that is named was not sent before, or is no longer there.
     """
     job_id = new_job_id()
+
+    def all_of(files: tuple[Upload | NamedBlob, ...]) -> tuple[IncomingFile, ...]:
+        return tuple(_incoming(file, job_id, context) for file in files)
+
     return Parcel(
         job_id=job_id,
         source=_incoming(submission.source, job_id, context),
         reference=_incoming(submission.reference, job_id, context),
-        resources=tuple(_incoming(file, job_id, context) for file in submission.resources),
+        source_resources=all_of(submission.source_resources),
+        reference_resources=all_of(submission.reference_resources),
+        resources=all_of(submission.resources),
         options=submission.options,
         labels=submission.labels,
         webhook=submission.webhook,
@@ -122,10 +136,13 @@ def check_meshes(parcel: Parcel, blobs: BlobStore) -> None:
         InputError: a file is no mesh, or names a resource that was not sent.
         LimitError: a file is larger than can be worked on.
     """
-    resources = {file.stored.name: file.read(blobs) for file in parcel.resources}
+    shared = _contents(parcel.resources, blobs)
     source, _reference = (
-        read_asset(file.stored.name, file.read(blobs), resources)
-        for file in (parcel.source, parcel.reference)
+        read_asset(file.stored.name, file.read(blobs), shared | _contents(own, blobs))
+        for file, own in (
+            (parcel.source, parcel.source_resources),
+            (parcel.reference, parcel.reference_resources),
+        )
     )
     if parcel.options.mode == "refine":
         source.ensure_writable(source.policy(parcel.options))
@@ -160,6 +177,8 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
         labels=parcel.labels,
         source=parcel.source.stored,
         reference=parcel.reference.stored,
+        source_resources=tuple(file.stored for file in parcel.source_resources),
+        reference_resources=tuple(file.stored for file in parcel.reference_resources),
         resources=tuple(file.stored for file in parcel.resources),
         options=parcel.options.model_dump(mode="json"),
         webhook=parcel.webhook,
@@ -190,6 +209,14 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
     else:
         logger.info("job accepted", job_id=record.id)
     return record
+
+
+def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str, str]]:
+    return [(file.stored.name, file.stored.digest) for file in files]
+
+
+def _contents(files: tuple[IncomingFile, ...], blobs: BlobStore) -> dict[str, bytes]:
+    return {file.stored.name: file.read(blobs) for file in files}
 
 
 def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> IncomingFile:

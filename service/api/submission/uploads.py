@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -19,7 +19,8 @@ from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
 from worker.webhooks.addresses import require_webhook_url
 
-FIELDS = ("source", "reference", "options", "resources", "label", "webhook")
+_RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
+FIELDS = ("source", "reference", "options", *_RESOURCE_FIELDS, "label", "webhook")
 NAME_LENGTH = 255  # characters; what common file systems allow
 MAX_LABELS = 16
 OPTIONS_BYTES = 1024 * 1024
@@ -46,6 +47,8 @@ class Submission:
 
     source: Upload | NamedBlob
     reference: Upload | NamedBlob
+    source_resources: tuple[Upload | NamedBlob, ...]
+    reference_resources: tuple[Upload | NamedBlob, ...]
     resources: tuple[Upload | NamedBlob, ...]
     options: Options
     labels: tuple[str, ...]
@@ -90,16 +93,20 @@ async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
     for name in form:
         if name not in FIELDS:
             raise InputError(f"unknown form field '{name}'; the fields are {', '.join(FIELDS)}")
-    resources = tuple(_file("resources", value) for value in form.getlist("resources"))
-    if len(resources) > settings.max_resources:
+    resources = {
+        field: tuple(_file(field, value) for value in form.getlist(field))
+        for field in _RESOURCE_FIELDS
+    }
+    count = sum(map(len, resources.values()))
+    if count > settings.max_resources:
         raise LimitError(
-            f"{len(resources)} resources are more than the {settings.max_resources} accepted here"
+            f"{count} resources are more than the {settings.max_resources} accepted here"
         )
-    _require_distinct(resource.name for resource in resources)
+    _require_distinct(resources)
     return Submission(
         source=_file("source", _single(form, "source")),
         reference=_file("reference", _single(form, "reference")),
-        resources=resources,
+        **resources,
         options=await _options(form),
         labels=_labels(form),
         webhook=_webhook(form, settings),
@@ -145,12 +152,24 @@ def _file_name(sent: str) -> str:
     return printable[-NAME_LENGTH:]
 
 
-def _require_distinct(names: Iterable[str]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise InputError("two resources have this name", file=name)
-        seen.add(name)
+def _require_distinct(resources: Mapping[str, tuple[Upload | NamedBlob, ...]]) -> None:
+    """Refuse two files of one name for the same mesh: which of them it means would be a guess."""
+    for own in ("source_resources", "reference_resources"):
+        seen: dict[str, str] = {}
+        for field in ("resources", own):
+            for file in resources[field]:
+                if file.name in seen:
+                    raise InputError(_twice(seen[file.name], field), file=file.name)
+                seen[file.name] = field
+
+
+def _twice(first: str, second: str) -> str:
+    if first == second:
+        return f"form field '{first}' has two files of this name"
+    return (
+        f"form field '{second}' has a file of this name and so has '{first}', which is for both "
+        "meshes: send it in one of them"
+    )
 
 
 async def _options(form: FormData) -> Options:

@@ -5,6 +5,7 @@ import { byId, command, h } from "meshcone/dom";
 import { bytes, dateTime, number, seconds } from "meshcone/format";
 import { chip, hasEnded, stageWords } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
+import { pathsOf } from "meshcone/sides";
 import { quoted } from "meshcone/solver-panel";
 
 const id = decodeURIComponent(location.pathname.split("/").at(-1));
@@ -73,30 +74,45 @@ async function watch(job) {
   await follow(`${path}/events`, { onEvent, signal: leaving.signal });
 }
 
+const namesOf = (job, side) => [job[side], ...job[`${side}_resources`]].map((file) => file.name);
+
+const jobPaths = (job) => pathsOf({ source: namesOf(job, "source"), reference: namesOf(job, "reference") });
+
+function sent(job) {
+  const listed = (files) => files.map((file) => `${file.name} (${bytes(file.size)})`).join(" with ");
+  const sides = [[job.source, ...job.source_resources], [job.reference, ...job.reference_resources]].map(listed);
+  return [...sides, ...job.resources.map((file) => `${listed([file])} for both`)].join(", ");
+}
+
 function filesCard(job) {
   const stem = job.source.name.replace(/\.[^.]*$/, "");
   const suffix = job.source.name.slice(stem.length);
   const known = { mesh: `${stem}.refined${suffix}`, report: `${stem}.report.json`, certificate: `${stem}.report.certificate.npz`, diagnostics_csv: `${stem}.diagnostics.csv`, heatmap: `${stem}.heatmap.glb`, preview: `${stem}.preview.glb` };
   const told = { mesh: "the refined mesh", report: "the report, as JSON", certificate: "the certificate", diagnostics_csv: "SCS's iterations", heatmap: "coloured by deviation", preview: "what is shown above" };
   const entries = Object.keys(known).filter((name) => job.links[name]);
-  const files = { report: known.report, source: job.source.name, reference: job.reference.name, refined: known.mesh };
+  const paths = jobPaths(job);
+  const files = { report: known.report, source: paths.source(job.source.name), reference: paths.reference(job.reference.name), refined: known.mesh, apart: paths.apart };
   const card = h("section", { class: "card", "aria-labelledby": "files-title" },
     h("h2", { id: "files-title" }, "Downloads"),
     h("ul", { class: "files" }, entries.map((name) => h("li", null, download(job.links[name], known[name]), h("span", { class: "soft" }, told[name])))),
-    h("p", { class: "hint" }, `Sent: ${[job.source, job.reference, ...job.resources].map((file) => `${file.name} (${bytes(file.size)})`).join(", ")}`));
+    h("p", { class: "hint" }, `Sent: ${sent(job)}`));
   return { card, files };
 }
 
 function repeatCard(job) {
+  const paths = jobPaths(job);
+  const field = (name, path) => `  -F ${name}=@${quoted(path)}`;
   const parts = ["curl -sS --fail-with-body", ...(key() ? ['  -H "Authorization: Bearer $MESHCONE_API_KEY"'] : []),
-    `  -F source=@${quoted(job.source.name)}`, `  -F reference=@${quoted(job.reference.name)}`,
-    ...job.resources.map((file) => `  -F resources=@${quoted(file.name)}`),
+    field("source", paths.source(job.source.name)), field("reference", paths.reference(job.reference.name)),
+    ...job.source_resources.map((file) => field("source_resources", paths.source(file.name))),
+    ...job.reference_resources.map((file) => field("reference_resources", paths.reference(file.name))),
+    ...job.resources.map((file) => field("resources", file.name)),
     ...job.labels.map((label) => `  --form-string ${quoted(`label=${label}`)}`),
     `  --form-string ${quoted(`options=${JSON.stringify(job.options)}`)}`,
     `  ${location.origin}/v1/jobs`];
   return h("section", { class: "card", "aria-labelledby": "repeat-title" },
     h("h2", { id: "repeat-title" }, "Repeat this job"),
-    h("p", { class: "hint" }, `With the same files: ${[job.source, job.reference].map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
+    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
     command(parts.join(" \\\n"), "Command that repeats this job"));
 }
 

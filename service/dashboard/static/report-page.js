@@ -3,6 +3,7 @@
 import { byId, embedded, h } from "meshcone/dom";
 import { chip } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
+import { pathsOf } from "meshcone/sides";
 
 const ORDER = ["error", "fail", "not_tested", "worse"];
 const place = byId("report");
@@ -18,7 +19,9 @@ function sections(asset) {
     return [h("section", { class: "card verdict fail" }, h("p", { class: "headline" }, asset.error ?? "There is no report."))];
   }
   const { inputs, output } = asset.report;
-  const files = { report: asset.reportName ?? "REPORT", source: inputs.source.name, reference: inputs.reference.name, refined: asset.refined ?? output?.name };
+  const names = ({ name, resources }) => [name, ...Object.keys(resources ?? {})];
+  const paths = pathsOf({ source: names(inputs.source), reference: names(inputs.reference) });
+  const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
   const packed = byId(`preview-${asset.number}`);
   const without = packed ? null : h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
   return [without, ...reportSections(asset.report, { files, loadPreview: packed && (() => unpacked(packed)) })].filter(Boolean);

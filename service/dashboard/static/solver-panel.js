@@ -66,7 +66,7 @@ function certificateCard(report, files) {
     h("div", { class: "row heading" }, h("h2", { id: "certificate-title" }, "Certificate"), chip(certificate.holds ? "pass" : "fail", certificate.holds ? "holds" : "does not hold")),
     h("p", { class: "soft" }, `${holds} Recomputed from round ${certificate.round}'s program without a solver; none may exceed ${number(certificate.tolerance)}.`),
     certificateTable(certificate),
-    h("h3", null, "Check it yourself, with these files beside each other"),
+    h("h3", null, files.apart ? "Check it yourself, with a folder for each side" : "Check it yourself, with these files beside each other"),
     command(`meshcone verify ${quoted(files.report)} --source ${quoted(files.source)} --reference ${quoted(files.reference)} --refined ${quoted(files.refined)}`, "Command that verifies the certificate"));
 }
 

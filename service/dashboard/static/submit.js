@@ -1,40 +1,53 @@
-// A new job: two files dropped or chosen, and the options as a form.
+// A new job: two meshes dropped or chosen, each with the files it names, and the options as a form.
 
 import { askForKey, authorization, Problem, said } from "meshcone/api";
 import { byId, h } from "meshcone/dom";
 import { bytes } from "meshcone/format";
 import { optionsForm } from "meshcone/options-form";
+import { droppedFiles, sorted } from "meshcone/sides";
 
-const MESHES = /\.(obj|gltf|glb|ply|stl|off)$/i;
-const LIKE_A_REFERENCE = /(ref|reference|target|truth|gt|clean|hi|high|highpoly|original)([^a-z]|$)/i;
+const SIDES = ["source", "reference"];
 const EMPTY = { source: "Choose or drop the mesh to refine", reference: "Choose or drop what it should have been" };
 
-const chosen = { source: null, reference: null, resources: [] };
+// Each mesh, where it lay, and what it names; files of both where nothing says whose they are.
+const chosen = { source: null, reference: null, resources: { source: [], reference: [], both: [] } };
 let options = null;
 
+function tag(file, place) {
+  const leaveOut = () => {
+    chosen.resources[place] = chosen.resources[place].filter((other) => other !== file);
+    show();
+  };
+  return h("li", { class: "tag" }, `${file.name} · ${bytes(file.size)} ${place === "both" ? "· for both " : ""}`,
+    h("button", { type: "button", class: "quiet", "aria-label": `Leave out ${file.name}`, onclick: leaveOut }, "×"));
+}
+
 function show() {
-  for (const slot of ["source", "reference"]) {
-    const element = document.querySelector(`.slot[data-slot=${slot}]`);
-    const file = chosen[slot];
-    element.classList.toggle("filled", file !== null);
-    element.querySelector(".slot-name").textContent = file ? `${file.name} · ${bytes(file.size)}` : EMPTY[slot];
+  for (const side of SIDES) {
+    const element = document.querySelector(`.slot[data-slot=${side}]`);
+    const mesh = chosen[side];
+    element.classList.toggle("filled", mesh !== null);
+    element.querySelector(".slot-name").textContent = mesh ? `${mesh.folder}${mesh.file.name} · ${bytes(mesh.file.size)}` : EMPTY[side];
   }
-  byId("resources").replaceChildren(...chosen.resources.map((file) => h("li", { class: "tag" }, `${file.name} · ${bytes(file.size)} `,
-    h("button", { type: "button", class: "quiet", "aria-label": `Leave out ${file.name}`, onclick: () => { chosen.resources = chosen.resources.filter((other) => other !== file); show(); } }, "×"))));
+  for (const [place, files] of Object.entries(chosen.resources)) {
+    document.querySelector(`[data-resources=${place}]`).replaceChildren(...files.map((file) => tag(file, place)));
+  }
   byId("send").disabled = !(chosen.source && chosen.reference);
 }
 
-/** Decide which of the dropped files is what; a slot they were dropped on decides for the first. */
-function take(files, slot) {
-  const meshes = files.filter((file) => MESHES.test(file.name));
-  chosen.resources.push(...files.filter((file) => !MESHES.test(file.name)));
-  if (meshes.length === 1) {
-    const place = slot ?? (chosen.source === null ? "source" : "reference");
-    chosen[place] = meshes[0];
-  } else if (meshes.length > 1) {
-    const [first, second] = meshes;
-    const turned = LIKE_A_REFERENCE.test(first.name) && !LIKE_A_REFERENCE.test(second.name);
-    [chosen.source, chosen.reference] = turned ? [second, first] : [first, second];
+/** Take files that came together; the side they were dropped on or chosen for, if any, decides. */
+function take(files, side) {
+  const { meshes, beside } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
+  for (const [place, mesh] of Object.entries(meshes)) {
+    // What the mesh before it named is not for this one; what came before any mesh is.
+    if (chosen[place] !== null) chosen.resources[place] = [];
+    chosen[place] = mesh;
+  }
+  for (const [place, added] of Object.entries(beside)) {
+    const names = new Set(added.map((file) => file.name));
+    // On a side a file replaces its namesake. For both, two of one name may be one for each mesh: the service refuses them.
+    const kept = chosen.resources[place].filter((file) => place === "both" || !names.has(file.name));
+    chosen.resources[place] = [...kept, ...added];
   }
   show();
 }
@@ -64,10 +77,12 @@ function post(form, onProgress) {
 async function send() {
   const form = new FormData();
   const wanted = options?.value() ?? {};
-  form.append("source", chosen.source);
-  form.append("reference", chosen.reference);
+  for (const side of SIDES) {
+    form.append(side, chosen[side].file);
+    for (const file of chosen.resources[side]) form.append(`${side}_resources`, file);
+  }
   form.append("options", JSON.stringify(wanted));
-  for (const file of chosen.resources) form.append("resources", file);
+  for (const file of chosen.resources.both) form.append("resources", file);
   const label = byId("submit").elements.label.value.trim();
   if (label) form.append("label", label);
   const bar = h("progress", { max: 1, value: 0, "aria-label": "upload" });
@@ -87,7 +102,7 @@ async function submit(event) {
       await askForKey();
       job = await send();
     }
-    Object.assign(chosen, { source: null, reference: null, resources: [] });
+    Object.assign(chosen, { source: null, reference: null, resources: { source: [], reference: [], both: [] } });
     for (const input of document.querySelectorAll(".slot input")) input.value = "";
     tell("good", `Accepted: ${job.source.name} → ${job.reference.name}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
   } catch (error) {
@@ -113,21 +128,24 @@ async function showOptions() {
 export function startSubmitting() {
   const drop = byId("drop");
   for (const slot of drop.querySelectorAll(".slot")) {
-    slot.querySelector("input").addEventListener("change", (event) => take([...event.target.files], slot.dataset.slot));
+    slot.querySelector("input").addEventListener("change", (event) => take([...event.target.files].map((file) => ({ file, folder: "" })), slot.dataset.slot));
   }
   // The whole page is a place to drop on: nobody loses the page over an inch.
   let over = 0;
   addEventListener("dragenter", (event) => { event.preventDefault(); over += 1; drop.classList.add("over"); });
   addEventListener("dragleave", () => { over -= 1; if (over <= 0) drop.classList.remove("over"); });
   addEventListener("dragover", (event) => event.preventDefault());
-  addEventListener("drop", (event) => {
+  addEventListener("drop", async (event) => {
     event.preventDefault();
     over = 0;
     drop.classList.remove("over");
-    take([...event.dataTransfer.files], event.target.closest?.(".slot")?.dataset.slot);
+    const side = event.target.closest?.(".slot")?.dataset.slot;
+    take(await droppedFiles(event.dataTransfer), side);
   });
   byId("swap").addEventListener("click", () => {
+    const { resources } = chosen;
     [chosen.source, chosen.reference] = [chosen.reference, chosen.source];
+    [resources.source, resources.reference] = [resources.reference, resources.source];
     show();
   });
   byId("options").addEventListener("toggle", showOptions);

@@ -74,7 +74,36 @@ def test_a_mesh_sent_twice_is_refused(http: TestClient) -> None:
 def test_two_resources_of_one_name_are_refused(http: TestClient) -> None:
     files = [*both(), ("resources", ("a.bin", b"1")), ("resources", ("a.bin", b"2"))]
 
-    assert detail(http, files, DEFAULTS) == "two resources have this name"
+    assert detail(http, files, DEFAULTS) == "form field 'resources' has two files of this name"
+
+
+def test_each_side_may_have_a_resource_of_the_same_name(http: TestClient) -> None:
+    files = [
+        *both(),
+        ("source_resources", ("a.bin", b"1")),
+        ("reference_resources", ("a.bin", b"2")),
+    ]
+
+    answer = http.post("/v1/jobs", files=files, data=DEFAULTS)
+
+    assert answer.status_code == 503, answer.text  # a sound form, and no broker to take it to
+
+
+@pytest.mark.parametrize("side", ["source", "reference"])
+def test_a_resource_for_both_sides_and_for_one_is_refused(http: TestClient, side: str) -> None:
+    files = [*both(), ("resources", ("a.bin", b"1")), (f"{side}_resources", ("a.bin", b"1"))]
+
+    assert detail(http, files, DEFAULTS) == (
+        f"form field '{side}_resources' has a file of this name and so has 'resources', "
+        "which is for both meshes: send it in one of them"
+    )
+
+
+def test_the_resources_of_both_sides_count_together(http: TestClient) -> None:
+    fields = ("source_resources", "reference_resources", "resources")
+    files = both() + [(field, (f"{field}.bin", b"")) for field in fields]
+
+    assert "3 resources are more than the 2 accepted" in detail(http, files, DEFAULTS, 413)
 
 
 def test_more_resources_than_accepted_are_refused(http: TestClient) -> None:
