@@ -61,6 +61,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "not-found": ProblemType("input", 404, "There is nothing here"),
     "method-not-allowed": ProblemType("input", 405, "This cannot be done here"),
     "media-type": ProblemType("input", 415, "The request is not a multipart form"),
+    "slow-request": ProblemType("input", 408, "The request came too slowly"),
     "gone": ProblemType("input", 410, "This is no longer kept"),
     "range": ProblemType("input", 416, "The file has no such part"),
     "hash-mismatch": ProblemType("input", 422, "The content has another hash than its name"),

@@ -42,6 +42,23 @@ class ServiceSettings(WebhookSettings):
         description="clients that may follow a job's events or wait for its end at one time, "
         "of each API process",
     )
+    max_connections: int = Field(
+        default=2000,
+        ge=1,
+        description="connections of each API process; streams count among them, and fewer are "
+        "held where too few files may be open",
+    )
+    header_timeout: float = Field(
+        default=10.0, gt=0, description="seconds in which the header of a request has to come"
+    )
+    body_timeout: float = Field(
+        default=30.0,
+        gt=0,
+        description="seconds for which the body of a request may come more slowly than body_rate",
+    )
+    body_rate: int = Field(
+        default=4096, ge=1, description="bytes a second in which the body of a request has to come"
+    )
     retry_after: int = Field(
         default=1, ge=1, description="seconds a client is asked to wait before it looks again"
     )

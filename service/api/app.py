@@ -33,7 +33,7 @@ that the answer is optimal, and a report.
 
 Every error is `application/problem+json` (RFC 9457) with a stable `type`."""
 
-_OTHER_CONNECTIONS = 1000  # requests that may ask the broker about their key at one time
+_SPARE = 16  # connections to the broker, beside one for each client's
 _REFERENCE = "#/components/schemas/{model}"
 _MODELS: dict[type[BaseModel], JsonSchemaMode] = {
     Options: "validation",
@@ -79,8 +79,8 @@ def create_app(
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with open_context(settings) as context:
-            # Whoever follows a job holds a connection; those must leave some for the others.
-            connections = settings.event_streams + _OTHER_CONNECTIONS
+            # A client's connection follows a job, or has its key looked up: one at a time.
+            connections = settings.max_connections + _SPARE
             async with connect_async(settings.required_redis_url(), connections) as client:
                 app.state.context = context
                 app.state.key_ring = KeyRing(client, settings)
