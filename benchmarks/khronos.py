@@ -35,7 +35,7 @@ from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
 from meshcone.local_files import read_local
 from meshcone.options import parse_options
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 
 DISPLACEMENT = 0.02  # of the surface's largest extent
 OPTIONS: dict[str, Any] = {

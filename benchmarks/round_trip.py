@@ -28,8 +28,8 @@ from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
 from meshcone.local_files import read_local
 from meshcone.options import Formulation, Options
-from meshcone.refine import Refinement, refine
 from meshcone.surface import Frame, Mesh
+from meshcone.verbs.refine import Refinement, refine
 
 FILES = (
     "objects/airplane__gso.obj",

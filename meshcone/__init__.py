@@ -1,5 +1,5 @@
 """MeshCone's engine: guided mesh refinement by second-order cone programming.
 
 Importing this package is cheap on purpose. The engine's public face is
-:mod:`meshcone.refine` and :mod:`meshcone.measure`; import them where they are used.
+:mod:`meshcone.verbs.refine` and :mod:`meshcone.verbs.measure`; import them where they are used.
 """

@@ -28,7 +28,7 @@ def command(
     options = options_from(assignments)
     source_file, reference_file = read_local(source), read_local(reference)
 
-    from meshcone.measure import measure  # heavy, not to be paid for a mistyped name
+    from meshcone.verbs.measure import measure  # heavy, not to be paid for a mistyped name
 
     report = measure(source_file, reference_file, options)
     if as_json:

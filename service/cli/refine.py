@@ -14,7 +14,7 @@ from service.cli.output import certificate_path, require_writable, write_togethe
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from meshcone.refine import Refinement
+    from meshcone.verbs.refine import Refinement
 
 
 def command(
@@ -57,7 +57,7 @@ def command(
         )
     source_file, reference_file = read_local(source), read_local(reference)
 
-    from meshcone.refine import refine  # 2.5 s, not to be paid for a mistyped name
+    from meshcone.verbs.refine import refine  # 2.5 s, not to be paid for a mistyped name
 
     with progress_bar() as show:
         refinement = refine(source_file, reference_file, options, progress=show)

@@ -32,7 +32,9 @@ def command(
     Prints a line for each check; exits with 1 if any of them fails.
     """
     from meshcone.files import MeshFile
-    from meshcone.verify import read_report, verify  # numpy and libigl, not for a mistyped name
+
+    # numpy and libigl, not for a mistyped name
+    from meshcone.verbs.verify import read_report, verify
 
     read = read_report(read_bytes(report), report.name)
     place = certificate_path(report) if certificate is None else certificate

@@ -20,11 +20,11 @@ from service.gating.job import GateJob, Judgement, judged
 from worker.lifeline import die_with_parent
 
 if TYPE_CHECKING:
-    from meshcone.measure import Measurement
-    from meshcone.refine import Refinement
+    from meshcone.verbs.measure import Measurement
+    from meshcone.verbs.refine import Refinement
 
 VIEWED_FACES = 20_000  # of each mesh in a page, which may hold a dozen assets
-_ENGINES = {"refine": "meshcone.refine", "measure": "meshcone.measure"}
+_ENGINES = {"refine": "meshcone.verbs.refine", "measure": "meshcone.verbs.measure"}
 
 
 class LocalGatekeeper:
@@ -112,11 +112,11 @@ def _judgement(job: GateJob) -> Judgement:
     source, reference = read_local(job.pair.source), read_local(job.pair.reference)
     done: Measurement | Refinement
     if job.options.mode == "measure":
-        from meshcone.measure import measurement
+        from meshcone.verbs.measure import measurement
 
         done = measurement(source, reference, job.options)
     else:
-        from meshcone.refine import refine
+        from meshcone.verbs.refine import refine
 
         done = refine(source, reference, job.options)
     report = done.report.model_dump(include={"gates", "warnings"})

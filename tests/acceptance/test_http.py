@@ -13,7 +13,7 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
-from meshcone.verify import read_report, verify
+from meshcone.verbs.verify import read_report, verify
 from service.api.schemas import Job
 from service.client import Client, ServiceError
 from service.stack import Stack

@@ -29,8 +29,8 @@ def exports(tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def expected() -> dict[str, Any]:
     """What the engine measures on this pair, as it is given here."""
-    from meshcone.measure import measure
     from meshcone.options import parse_options
+    from meshcone.verbs.measure import measure
 
     return measure(*two_exports(), parse_options(OPTIONS)).model_dump(mode="json")
 

@@ -16,7 +16,7 @@ import pytest
 
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 from service.client import Client
 from service.stack import Stack
 from tests import shapes

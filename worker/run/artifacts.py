@@ -16,8 +16,8 @@ from worker.jobs.summaries import JobSummary
 from worker.jobs.tallies import Tallies, tallies_of
 
 if TYPE_CHECKING:
-    from meshcone.measure import Measurement
-    from meshcone.refine import Refinement
+    from meshcone.verbs.measure import Measurement
+    from meshcone.verbs.refine import Refinement
     from meshcone.views.scene import Scene
 
 

@@ -20,11 +20,11 @@ from meshcone.errors import (
     SolveTimeoutError,
 )
 from meshcone.files import MeshFile
-from meshcone.measure import measurement
 from meshcone.options import parse_options
 from meshcone.progress import ProgressCallback
-from meshcone.refine import refine
 from meshcone.settings import load_settings
+from meshcone.verbs.measure import measurement
+from meshcone.verbs.refine import refine
 from worker.broker.connections import connect_text
 from worker.broker.patience import patiently
 from worker.jobs.ledger import (

@@ -10,7 +10,7 @@ import pytest
 from meshcone.certificate.file import CertificateFile, read_certificate
 from meshcone.errors import InputError
 from meshcone.options import parse_options
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 from tests.unit.engine.pairs import CAPPED, rough, smooth
 
 

@@ -8,9 +8,9 @@ from typing import Any
 from meshcone.certificate.file import CertificateFile, read_certificate
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
-from meshcone.refine import refine
 from meshcone.report.report import Report
-from meshcone.verify import verify
+from meshcone.verbs.refine import refine
+from meshcone.verbs.verify import verify
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.measure import measure
 from meshcone.options import parse_options
-from meshcone.refine import Refinement, refine
 from meshcone.surface import Mesh
-from meshcone.verify import read_report, verify
+from meshcone.verbs.measure import measure
+from meshcone.verbs.refine import Refinement, refine
+from meshcone.verbs.verify import read_report, verify
 from tests.meshes import noisy, torus
 
 

@@ -11,7 +11,7 @@ from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 from tests import shapes
 from tests.unit.assets.builders import Gltf, compress
 from tests.unit.engine.evidence import Evidence

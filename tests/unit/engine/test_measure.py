@@ -9,10 +9,10 @@ import pytest
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.measure import measure
 from meshcone.options import Options, parse_options
 from meshcone.quality.records import Metrics
 from meshcone.report.report import MeasureReport
+from meshcone.verbs.measure import measure
 from tests import shapes
 from tests.unit.engine.pairs import rough, smooth
 

@@ -13,8 +13,8 @@ from meshcone.certificate.file import read_certificate
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.progress import Progress
-from meshcone.refine import Refinement, refine
 from meshcone.report.report import Report, diagnostics_csv
+from meshcone.verbs.refine import Refinement, refine
 from tests.unit.engine.pairs import CAPPED, rough, smooth
 
 

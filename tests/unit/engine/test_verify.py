@@ -19,8 +19,8 @@ from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
-from meshcone.refine import refine
-from meshcone.verify import read_report
+from meshcone.verbs.refine import refine
+from meshcone.verbs.verify import read_report
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import CAPPED, RADIUS, SETTINGS, rough, smooth
 
@@ -289,7 +289,7 @@ import sys
 sys.modules["scs"] = sys.modules["cvxpy"] = None  # importing them is an error now
 from pathlib import Path
 from meshcone.files import MeshFile
-from meshcone.verify import read_report, verify
+from meshcone.verbs.verify import read_report, verify
 report, *rest = (MeshFile(name, Path(name).read_bytes()) for name in sys.argv[1:])
 print(verify(read_report(report.data, report.name), *rest).ok)
 """

@@ -10,7 +10,7 @@ import pytest
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.pair import read_pair
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 from tests.unit.assets.builders import cube_gltf, cube_obj
 from tests.unit.engine.pairs import smooth
 

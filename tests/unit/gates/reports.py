@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.files import MeshFile
-from meshcone.measure import measure
 from meshcone.options import QualityOptions, parse_options
-from meshcone.refine import refine
 from meshcone.report.report import MeasureReport, Report
+from meshcone.verbs.measure import measure
+from meshcone.verbs.refine import refine
 from tests import shapes
 
 RADIUS = 2.0  # of the reference, in model units

@@ -10,11 +10,11 @@ from meshcone.gates.judge import judge
 from meshcone.gates.records import GateCheck
 from meshcone.gates.rules import GateRule
 from meshcone.gates.units import is_distance
-from meshcone.measure import measure
 from meshcone.options import parse_options
 from meshcone.quality.conventions import conventions
 from meshcone.quality.sampled import Sampling
 from meshcone.report.report import MeasureReport, Report
+from meshcone.verbs.measure import measure
 from tests import shapes
 from tests.unit.gates.reports import RADIUS, measured, reference, refined, spiked
 

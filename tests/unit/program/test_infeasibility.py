@@ -11,7 +11,7 @@ from meshcone.options import SolverOptions, parse_options
 from meshcone.program.cones import DisplacementCaps, EdgeCaps, Pins
 from meshcone.program.feasibility import require_feasible
 from meshcone.program.infeasibility import ContradictionError
-from meshcone.refine import refine
+from meshcone.verbs.refine import refine
 from tests.meshes import sheet
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from meshcone.files import MeshFile
-from meshcone.measure import measure
 from meshcone.options import QualityOptions, parse_options
 from meshcone.quality.records import Quality
 from meshcone.quality.worst_points import COUNT, SPACING
+from meshcone.verbs.measure import measure
 from tests import shapes
 
 RADIUS = 2.0  # of the reference, in model units

@@ -7,9 +7,9 @@ from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
 from meshcone.quality.validity import inspect
-from meshcone.refine import refine
 from meshcone.report import data_checks
 from meshcone.surface import Frame, Mesh
+from meshcone.verbs.refine import refine
 from tests import shapes
 
 VERTICES, FACES = shapes.sphere(3, radius=1.0)

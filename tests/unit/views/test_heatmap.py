@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
-from meshcone.measure import measurement
 from meshcone.options import Options
-from meshcone.refine import Refinement, refine
+from meshcone.verbs.measure import measurement
+from meshcone.verbs.refine import Refinement, refine
 from meshcone.views.heatmap import colours, heatmap_glb, scale_top
 from tests import shapes
 

@@ -5,9 +5,9 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
-from meshcone.measure import measurement
 from meshcone.options import Options
-from meshcone.refine import Refinement, refine
+from meshcone.verbs.measure import measurement
+from meshcone.verbs.refine import Refinement, refine
 from meshcone.views.preview import preview_glb, simplified
 from tests import shapes
 

@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from meshcone.files import MeshFile
-from meshcone.measure import measure
 from meshcone.options import Options
 from meshcone.report.report import MeasureReport
+from meshcone.verbs.measure import measure
 from tests import shapes
 from worker.jobs.summaries import JobSummary
 
