@@ -26,6 +26,17 @@ class ServiceSettings(WebhookSettings):
         description="requests with no more bytes of files than this are read before they are "
         "accepted, so that a bad file is refused at once; a worker judges the larger ones",
     )
+    precheck_memory_bytes: int = Field(
+        default=1024 * MEBIBYTE,
+        ge=64 * MEBIBYTE,
+        description="memory that reading the files of one request may take, in a process of its "
+        "own; there are at most two at one time",
+    )
+    precheck_seconds: int = Field(
+        default=20,
+        ge=1,
+        description="seconds of processor time that reading the files of one request may take",
+    )
     queue_capacity: int = Field(
         default=1000,
         ge=1,

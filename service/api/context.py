@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from service.access.quotas import JobQuotas
+from service.api.checking.checks import MeshChecks
 from service.api.schemas import Job
 from worker.broker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
 from worker.jobs.ledger import Ledger
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from service.settings import ServiceSettings
 
-_CHECKS_AT_ONCE = 2
-
 
 @dataclass(frozen=True)
 class Context:
@@ -35,9 +33,7 @@ class Context:
         redis: the broker, with replies that are strings.
         quotas: what each API key may still send.
         register: which files are needed.
-        checks: lets few files be read at one time. Reading is work for a processor, takes
-            several times a file's size in memory, and would keep every thread of the API
-            from whoever only looks at a job.
+        checks: reads meshes in processes of their own.
     """
 
     settings: ServiceSettings
@@ -47,7 +43,7 @@ class Context:
     blobs: BlobStore
     quotas: JobQuotas
     register: BlobRegister
-    checks: CapacityLimiter
+    checks: MeshChecks
 
     def job(self, record: JobRecord) -> Job:
         """What the API says of a record."""
@@ -64,7 +60,7 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
     url = settings.required_redis_url()
     queue_client = connect_bytes(url)
     queue_client.connection_pool.connection_kwargs["socket_timeout"] = REPLY_TIMEOUT
-    with connect_text(url) as client, queue_client:
+    with connect_text(url) as client, queue_client, MeshChecks(settings) as checks:
         yield Context(
             settings=settings,
             redis=client,
@@ -73,7 +69,7 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
             blobs=BlobStore.open(settings),
             quotas=JobQuotas(client, settings),
             register=BlobRegister(client),
-            checks=CapacityLimiter(_CHECKS_AT_ONCE),
+            checks=checks,
         )
 
 

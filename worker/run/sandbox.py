@@ -38,19 +38,32 @@ def confine(settings: WorkerSettings) -> None:
     runs in one), and every address but the broker's. The blob store's client is native code
     the guard does not see.
     """
+    limit_resources(
+        seconds=settings.job_timeout + _CPU_SLACK,
+        memory=settings.job_memory_bytes or None,
+        file_bytes=settings.job_file_bytes or None,
+    )
+    guard_network(addresses_of(settings.required_redis_url()))
+
+
+def limit_resources(*, seconds: int, memory: int | None, file_bytes: int | None) -> None:
+    """Bound what this process may use, have it leave no core file and gain no privileges.
+
+    Args:
+        seconds: of processor time; ``SIGXCPU`` comes then, and the end a little later.
+        memory: bytes beyond those it holds already; None for no limit.
+        file_bytes: size of any file it writes; None for no limit.
+    """
     _limit(resource.RLIMIT_CORE, 0)
-    seconds = settings.job_timeout + _CPU_SLACK
     _limit(resource.RLIMIT_CPU, seconds, seconds + _CPU_GRACE)
-    if settings.job_file_bytes:
-        _limit(resource.RLIMIT_FSIZE, settings.job_file_bytes)
-    if settings.job_memory_bytes:
-        # Private memory that can be written, counted from what the worker holds already.
-        # Address space would be no measure: thread stacks and arenas reserve far more of it
-        # than they use.
-        _limit(resource.RLIMIT_DATA, _data_held() + settings.job_memory_bytes)
+    if file_bytes is not None:
+        _limit(resource.RLIMIT_FSIZE, file_bytes)
+    if memory is not None:
+        # Private memory that can be written. Address space would be no measure: thread stacks
+        # and arenas reserve far more of it than they use.
+        _limit(resource.RLIMIT_DATA, _data_held() + memory)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
-    guard_network(addresses_of(settings.required_redis_url()))
 
 
 def guard_network(allowed: Collection[Address]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from anyio import to_thread
 from fastapi import APIRouter, Depends, Response, status
 from starlette.concurrency import run_in_threadpool
 
@@ -83,5 +82,5 @@ async def _accept(
         if made is not None:
             return made
     if parcel.size <= context.settings.precheck_bytes:
-        await to_thread.run_sync(check_meshes, parcel, context.blobs, limiter=context.checks)
+        await check_meshes(parcel, context)
     return await run_in_threadpool(accept, parcel, claim, sender, context)

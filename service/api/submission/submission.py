@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from tempfile import TemporaryFile
+from typing import IO, TYPE_CHECKING
 
 import structlog
 from redis.exceptions import RedisError
+from starlette.concurrency import run_in_threadpool
 
-from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.options import Options
+from service.api.checking.checks import MeshFiles
 from service.api.context import Context
 from service.api.schemas import NamedBlob
 from service.api.submission.uploads import Submission, Upload
@@ -40,9 +44,15 @@ class IncomingFile:
     stored: StoredFile
     upload: Upload | None  # None if it was sent before
 
-    def read(self, blobs: BlobStore) -> bytes:
-        """All of its bytes."""
-        return blobs.get(self.stored.digest) if self.upload is None else self.upload.read()
+    @contextmanager
+    def opened(self, blobs: BlobStore) -> Iterator[IO[bytes]]:
+        """The file itself, or a copy of the blob."""
+        if self.upload is not None:
+            yield self.upload.file
+            return
+        with TemporaryFile() as copy:
+            copy.writelines(blobs.chunks(self.stored.digest))
+            yield copy
 
     def keep(self, blobs: BlobStore) -> None:
         """Have it in the store."""
@@ -129,23 +139,27 @@ def require_signable(submission: Submission, sender: Sender, context: Context) -
         )
 
 
-def check_meshes(parcel: Parcel, blobs: BlobStore) -> None:
-    """Read both meshes, so that a file nobody could work on is refused before anything is kept.
+async def check_meshes(parcel: Parcel, context: Context) -> None:
+    """Have both meshes read, so that a file nobody could work on is refused before any is kept.
 
     Raises:
         InputError: a file is no mesh, or names a resource that was not sent.
         LimitError: a file is larger than can be worked on.
+        ProblemError: there is no time for it just now.
     """
-    shared = _contents(parcel.resources, blobs)
-    source, _reference = (
-        read_asset(file.stored.name, file.read(blobs), shared | _contents(own, blobs))
-        for file, own in (
-            (parcel.source, parcel.source_resources),
-            (parcel.reference, parcel.reference_resources),
-        )
-    )
-    if parcel.options.mode == "refine":
-        source.ensure_writable(source.policy(parcel.options))
+    with ExitStack() as stack:
+
+        def opened(mesh: IncomingFile, own: tuple[IncomingFile, ...]) -> MeshFiles:
+            files = {
+                file.stored.name: stack.enter_context(file.opened(context.blobs))
+                for file in (*parcel.resources, *own)
+            }
+            data = stack.enter_context(mesh.opened(context.blobs))
+            return MeshFiles(mesh.stored.name, data, files)
+
+        source = await run_in_threadpool(opened, parcel.source, parcel.source_resources)
+        reference = await run_in_threadpool(opened, parcel.reference, parcel.reference_resources)
+        await context.checks.check(source, reference, parcel.options)
 
 
 def made_before(parcel: Parcel, claim: Claim, context: Context) -> JobRecord | None:
@@ -213,10 +227,6 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
 
 def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str, str]]:
     return [(file.stored.name, file.stored.digest) for file in files]
-
-
-def _contents(files: tuple[IncomingFile, ...], blobs: BlobStore) -> dict[str, bytes]:
-    return {file.stored.name: file.read(blobs) for file in files}
 
 
 def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> IncomingFile:

@@ -35,11 +35,6 @@ class Upload:
     file: BinaryIO
     size: int
 
-    def read(self) -> bytes:
-        """All of its bytes."""
-        self.file.seek(0)
-        return self.file.read()
-
 
 @dataclass(frozen=True)
 class Submission:

@@ -1,0 +1,1 @@
+"""Strangers' meshes are read here, in processes that can be lost."""

@@ -1,0 +1,125 @@
+"""The program that reads strangers' meshes, so that the API's own process never does.
+
+``python -m service.api.checking.process CONTROL MEMORY PROCESSOR_SECONDS SECONDS`` imports the
+readers once. Each connection that comes over the socket CONTROL has it fork a child, which
+gives up what it does not need, reads the files it is handed by their descriptors, answers on
+that connection and ends. Whatever a file does to its reader, it does to a process of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+import traceback
+from collections.abc import Iterator
+from types import FrameType
+from typing import Any
+
+from meshcone.threads import use_one_thread
+from worker.lifeline import die_with_parent
+from worker.run.sandbox import guard_network, limit_resources
+
+MORE, LAST = b"+", b"."  # said with file descriptors: whether others follow
+DESCRIPTORS_AT_ONCE = 200  # the kernel takes 253 with one message (unix(7), SCM_RIGHTS)
+OUT_OF_MEMORY, OUT_OF_TIME = "memory", "time"  # kinds of an answer that no error of a file has
+
+
+class _TimeOver(BaseException):
+    """No ``except Exception`` of a reader is to swallow it."""
+
+
+def main(arguments: list[str]) -> None:
+    """Fork a child for each connection, until the API closes the socket or ends."""
+    use_one_thread()
+    import meshcone.assets  # noqa: F401 - paid here once and not in every child
+
+    control_fd, memory, processor_seconds, seconds = map(int, arguments)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the kernel forgets children that have ended
+    parent = os.getpid()
+    with socket.socket(fileno=control_fd) as control:
+        while connections := socket.recv_fds(control, 1, 1)[1]:
+            with socket.socket(fileno=connections[0]) as connection:
+                try:
+                    pid = os.fork()
+                except OSError:
+                    continue  # the API sees its connection closed without an answer
+                if pid == 0:
+                    control.close()
+                    _become_child(parent, connection, memory, processor_seconds, seconds)
+
+
+def _become_child(
+    parent: int, connection: socket.socket, memory: int, processor_seconds: int, seconds: int
+) -> None:
+    try:
+        die_with_parent(parent, signal.SIGKILL)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        signal.alarm(seconds)
+        signal.signal(signal.SIGXCPU, _on_time_over)
+        limit_resources(seconds=processor_seconds, memory=memory, file_bytes=0)
+        guard_network(())
+        connection.sendall(json.dumps(_answer(_received(connection))).encode() + b"\n")
+    finally:
+        os._exit(0)  # no answer says the rest; the parent's loop is not this process's to go on
+
+
+def _on_time_over(_number: int, _frame: FrameType | None) -> None:
+    raise _TimeOver
+
+
+def _received(connection: socket.socket) -> list[int]:
+    descriptors: list[int] = []
+    said = MORE
+    while said == MORE:
+        said, found, _, _ = socket.recv_fds(connection, 1, DESCRIPTORS_AT_ONCE)
+        descriptors += found
+    return descriptors
+
+
+def _answer(descriptors: list[int]) -> dict[str, Any]:
+    from meshcone.errors import MeshConeError
+
+    try:
+        _check(iter(descriptors))
+    except MeshConeError as error:
+        return {
+            "kind": error.kind,
+            "message": error.message,
+            "file": error.file,
+            "place": error.place,
+        }
+    except MemoryError:
+        return {"kind": OUT_OF_MEMORY}
+    except _TimeOver:
+        return {"kind": OUT_OF_TIME}
+    except Exception:  # noqa: BLE001 - a fault of ours: the API logs it
+        return {"kind": "internal", "message": traceback.format_exc()}
+    return {}
+
+
+def _check(descriptors: Iterator[int]) -> None:
+    from meshcone.assets import read_asset
+    from meshcone.options import Options
+
+    request = json.loads(_content(next(descriptors)))
+    options = Options.model_validate(request["options"])
+    for side, mesh in request["meshes"].items():
+        data = _content(next(descriptors))
+        resources = {name: _content(next(descriptors)) for name in mesh["resources"]}
+        asset = read_asset(mesh["name"], data, resources)
+        if side == "source" and options.mode == "refine":
+            asset.ensure_writable(asset.policy(options))
+        del asset, data, resources  # before the other is read: a limit holds for each
+
+
+def _content(descriptor: int) -> bytes:
+    with open(descriptor, "rb") as file:
+        file.seek(0)
+        return file.read()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
