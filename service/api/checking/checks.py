@@ -26,7 +26,7 @@ from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
 
 CHECKS_AT_ONCE = 2
-_TURN_SECONDS = 10.0  # a request waits for others' checks
+_TURN_SECONDS = 30.0
 _SECONDS = 60  # a check may take on a machine that has other things to do
 _GRACE = 5.0  # seconds beyond, in which the kernel ends a child that is over its time
 _ATTEMPTS = 2
@@ -54,10 +54,15 @@ class MeshChecks:
 
     Memory and processor time of a check are bounded by the settings. The processes end with
     this one.
+
+    Args:
+        settings: of the front end.
+        turn_seconds: how long a request waits for others' checks.
     """
 
-    def __init__(self, settings: ServiceSettings) -> None:
+    def __init__(self, settings: ServiceSettings, *, turn_seconds: float = _TURN_SECONDS) -> None:
         self._settings = settings
+        self._turn_seconds = turn_seconds
         self._turns = asyncio.Semaphore(CHECKS_AT_ONCE)
         self._threads = CapacityLimiter(CHECKS_AT_ONCE)
         self._parent = _Parent(settings)
@@ -88,7 +93,7 @@ class MeshChecks:
             ProblemError: there was no time for it.
         """
         try:
-            async with asyncio.timeout(_TURN_SECONDS):
+            async with asyncio.timeout(self._turn_seconds):
                 await self._turns.acquire()
         except TimeoutError:
             raise _busy("too many files are being checked; try again") from None
@@ -189,8 +194,9 @@ class _Parent:
 
     @property
     def pid(self) -> int:
-        assert self._process is not None  # noqa: S101 - for the type checker
-        return self._process.pid
+        with self._lock:
+            assert self._process is not None  # noqa: S101 - for the type checker
+            return self._process.pid
 
     def connect(self, connection: socket.socket) -> None:
         """Have a child forked that answers on a connection.
@@ -257,7 +263,7 @@ def _send(connection: socket.socket, descriptors: Sequence[int]) -> None:
 
 def _lend(file: IO[bytes], lent: ExitStack) -> int:
     """A descriptor of an open file; on Linux it cannot be changed through it."""
-    file.flush()
+    file.seek(0)  # writes what is still in a buffer, too
     descriptor = file.fileno()
     with suppress(FileNotFoundError):  # no such name but on Linux
         descriptor = os.open(f"/proc/self/fd/{descriptor}", os.O_RDONLY)

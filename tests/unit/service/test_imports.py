@@ -21,6 +21,18 @@ def test_the_front_end_starts_without_the_solver(module: str) -> None:
     assert answer.stdout.strip() == "[]"
 
 
+def test_the_process_that_answers_requests_has_no_reader_of_meshes() -> None:
+    modules = "service.api.server, service.dashboard.routes"
+    readers = ("numpy", "meshcone.assets")
+    program = f"import sys, {modules}; print([name for name in {readers} if name in sys.modules])"
+
+    answer = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+
+    assert answer.stdout.strip() == "[]"
+
+
 @pytest.mark.parametrize("module", ["service.cli", "worker.main"])
 def test_numpy_is_imported_only_after_its_threads_are_set(module: str) -> None:
     program = f"import sys, {module}; print('numpy' in sys.modules)"

@@ -1,0 +1,307 @@
+"""Checks of sent meshes, and the processes they are done in."""
+
+from __future__ import annotations
+
+import io
+import os
+import resource
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Future
+from pathlib import Path
+
+import pytest
+from anyio.from_thread import BlockingPortal, start_blocking_portal
+
+from meshcone.errors import InputError, LimitError
+from meshcone.files import MeshFile
+from meshcone.options import Options
+from service.api.checking.checks import CHECKS_AT_ONCE, MeshChecks, MeshFiles
+from service.problems import ProblemError
+from service.settings import ServiceSettings
+from tests.integration.waiting import wait_for
+from tests.processes import children_of, has_ended
+
+MEBIBYTE = 2**20
+OPTIONS = Options()
+
+
+class Pipe(io.BytesIO):
+    """A file that is read when the test has written it, and not before."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        os.mkfifo(path)
+        self._path = path
+        self._descriptor = os.open(path, os.O_RDWR)
+
+    def fileno(self) -> int:
+        return self._descriptor
+
+    def give(self, data: bytes) -> None:
+        os.write(self._descriptor, data)
+        os.close(self._descriptor)
+
+    def reader(self, checks: MeshChecks, *, but: int = 0) -> int:
+        """The process of a check that has been handed this file."""
+        found: list[int] = []
+
+        def look() -> bool:
+            found[:] = [pid for pid in children_of(checks.pid) if pid != but and self._is_at(pid)]
+            return bool(found)
+
+        wait_for(look)
+        return found[0]
+
+    def _is_at(self, pid: int) -> bool:
+        return str(self._path) in open_files(pid)
+
+
+def open_files(pid: int) -> list[str]:
+    try:
+        return [str(link.readlink()) for link in Path(f"/proc/{pid}/fd").iterdir()]
+    except FileNotFoundError:
+        return []
+
+
+def kept(data: bytes, name: str = "mesh.obj") -> MeshFiles:
+    file = MeshFile(name, data)
+    [descriptor] = [os.memfd_create(file.name)]
+    opened = os.fdopen(descriptor, "w+b")
+    opened.write(file.data)
+    return MeshFiles(file.name, opened)
+
+
+@pytest.fixture
+def portal() -> Iterator[BlockingPortal]:
+    with start_blocking_portal() as started:
+        yield started
+
+
+@pytest.fixture
+def checks() -> Iterator[MeshChecks]:
+    with MeshChecks(ServiceSettings(), turn_seconds=0.1) as started:
+        yield started
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Pipe:
+    return Pipe(tmp_path / "pipe")
+
+
+@pytest.fixture
+def mesh(ball: MeshFile) -> MeshFiles:
+    return kept(ball.data)
+
+
+def begun(
+    portal: BlockingPortal, checks: MeshChecks, source: MeshFiles, reference: MeshFiles
+) -> Future[bool]:
+    return portal.start_task_soon(checks.check, source, reference, OPTIONS)
+
+
+def checked(
+    portal: BlockingPortal, checks: MeshChecks, source: MeshFiles, reference: MeshFiles
+) -> bool:
+    return portal.call(checks.check, source, reference, OPTIONS)
+
+
+def test_sound_meshes_pass(portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles) -> None:
+    assert checked(portal, checks, mesh, mesh)
+
+
+def test_a_fault_is_told_with_file_and_place(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+) -> None:
+    broken = kept(b"v 0 0 0\nv 1 x 0\n", "broken.obj")
+
+    with pytest.raises(InputError, match="found 'x'") as caught:
+        checked(portal, checks, mesh, broken)
+
+    assert (caught.value.file, caught.value.place) == ("broken.obj", "line 2")
+
+
+def test_a_source_that_cannot_be_written_back_is_refused(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+) -> None:
+    only_readable = kept(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "mesh.off")
+
+    assert checked(portal, checks, mesh, only_readable)
+    with pytest.raises(InputError) as caught:
+        checked(portal, checks, only_readable, mesh)
+
+    assert caught.value.file == "mesh.off"
+
+
+def test_a_file_is_handed_over_whole_whatever_its_size(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+) -> None:
+    large = kept(b"# " + b"x" * (8 * MEBIBYTE) + b"\nv 0 0 0\n", "large.obj")
+
+    with pytest.raises(InputError, match="it has no faces"):
+        checked(portal, checks, mesh, large)
+
+
+def test_more_files_come_along_than_one_message_can_carry(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+) -> None:
+    resources = {f"{number}.bin": mesh.file for number in range(300)}
+    gltf = MeshFiles("a.gltf", kept(b'{"asset": {"version": "2.0"}}').file, resources)
+
+    with pytest.raises(InputError) as caught:
+        checked(portal, checks, mesh, gltf)
+
+    assert caught.value.file == "a.gltf"
+
+
+def test_memory_is_bounded_and_what_takes_more_is_refused(portal: BlockingPortal) -> None:
+    settings = ServiceSettings(precheck_memory_bytes=64 * MEBIBYTE)
+    hungry = kept(b"v 0 0 0\n" * (8 * MEBIBYTE // 8))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    with (
+        MeshChecks(settings) as checks,
+        pytest.raises(LimitError, match=r"67,108,864 bytes .*MESHCONE_PRECHECK_MEMORY_BYTES"),
+    ):
+        checked(portal, checks, hungry, hungry)
+
+    grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    assert grown < 16 * MEBIBYTE  # of this process, which stands for the API
+
+
+def test_processor_time_is_bounded_and_what_takes_more_is_refused(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, MeshFiles("slow.obj", pipe), mesh)
+
+    os.kill(pipe.reader(checks), signal.SIGXCPU)  # what the kernel sends when the time is over
+
+    with pytest.raises(
+        LimitError, match=r"20 seconds of processor time .*MESHCONE_PRECHECK_SECONDS"
+    ):
+        running.result(60)
+
+
+def test_the_kernel_knows_the_limits_of_a_check(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, MeshFiles("p.obj", pipe), mesh)
+    child = pipe.reader(checks)
+
+    processor = resource.prlimit(child, resource.RLIMIT_CPU)
+    memory = resource.prlimit(child, resource.RLIMIT_DATA)
+    written = resource.prlimit(child, resource.RLIMIT_FSIZE)
+    pipe.give(b"x")
+
+    assert processor[0] == ServiceSettings().precheck_seconds
+    assert 0 < memory[0] - ServiceSettings().precheck_memory_bytes < 512 * MEBIBYTE
+    assert written == (0, 0)
+    with pytest.raises(InputError):
+        running.result(60)
+
+
+def test_a_check_has_its_files_and_nothing_else(
+    portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MESHCONE_REDIS_URL", "redis://:password@broker:6379")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "secret")
+    monkeypatch.setenv("MESHCONE_LIMIT_VERTICES", "1234")
+    with MeshChecks(ServiceSettings()) as checks:
+        running = begun(portal, checks, MeshFiles("p.obj", pipe), mesh)
+        child = pipe.reader(checks)
+
+        environment = Path(f"/proc/{child}/environ").read_bytes()
+        files = [name for name in open_files(child) if name not in open_files(checks.pid)]
+        pipe.give(b"x")
+        with pytest.raises(InputError):
+            running.result(60)
+
+    assert b"MESHCONE_LIMIT_VERTICES=1234" in environment
+    assert b"password" not in environment
+    assert b"secret" not in environment
+    assert len([name for name in files if name.startswith("socket:")]) == 1  # to answer on
+    assert len(files) <= 4  # beside it the two meshes and the request
+
+
+def test_a_check_that_was_killed_is_done_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe, ball: MeshFile
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("ball.obj", pipe))
+    first = pipe.reader(checks)
+
+    os.kill(first, signal.SIGKILL)
+    pipe.reader(checks, but=first)
+    pipe.give(ball.data[:1000])
+
+    with pytest.raises(InputError, match=r"ball\.obj"):  # it is read, and cut off
+        running.result(60)
+
+
+def test_meshes_that_kill_their_check_twice_are_left_to_a_worker(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("p.obj", pipe))
+    first = pipe.reader(checks)
+    os.kill(first, signal.SIGSEGV)
+    os.kill(pipe.reader(checks, but=first), signal.SIGSEGV)
+
+    assert running.result(60) is False
+    assert checked(portal, checks, mesh, mesh)
+
+
+def test_the_parent_of_all_checks_is_started_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("p.obj", pipe))
+    parent, child = checks.pid, pipe.reader(checks)
+
+    os.kill(parent, signal.SIGKILL)
+    wait_for(lambda: checks.pid != parent)
+    pipe.reader(checks)
+    pipe.give(b"x")
+
+    with pytest.raises(InputError):
+        running.result(60)
+    wait_for(lambda: has_ended(child))
+
+
+def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, tmp_path: Path
+) -> None:
+    pipes = [Pipe(tmp_path / str(number)) for number in range(CHECKS_AT_ONCE)]
+    running = [begun(portal, checks, MeshFiles("p.obj", pipe), mesh) for pipe in pipes]
+    for pipe in pipes:
+        pipe.reader(checks)
+
+    with pytest.raises(ProblemError) as caught:
+        checked(portal, checks, mesh, mesh)
+    for pipe in pipes:
+        pipe.give(b"x")
+
+    assert caught.value.problem.status == 503
+    assert caught.value.headers is not None
+    assert int(caught.value.headers["Retry-After"]) > 0
+    for each in running:
+        assert isinstance(each.exception(60), InputError)
+    assert checked(portal, checks, mesh, mesh)
+
+
+_PROGRAM = """
+import sys, time
+from service.api.checking.checks import MeshChecks
+from service.settings import ServiceSettings
+with MeshChecks(ServiceSettings()) as checks:
+    print(checks.pid, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_the_processes_end_with_the_api_however_that_ends() -> None:
+    with subprocess.Popen([sys.executable, "-c", _PROGRAM], stdout=subprocess.PIPE) as api:
+        assert api.stdout is not None
+        parent = int(api.stdout.readline())
+        api.kill()
+
+    wait_for(lambda: has_ended(parent))
