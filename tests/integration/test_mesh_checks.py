@@ -8,8 +8,9 @@ import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ from tests.processes import children_of, has_ended
 
 MEBIBYTE = 2**20
 OPTIONS = Options()
+Keep = Callable[..., MeshFiles]
 
 
 class Pipe(io.BytesIO):
@@ -66,12 +68,17 @@ def open_files(pid: int) -> list[str]:
         return []
 
 
-def kept(data: bytes, name: str = "mesh.obj") -> MeshFiles:
-    file = MeshFile(name, data)
-    [descriptor] = [os.memfd_create(file.name)]
-    opened = os.fdopen(descriptor, "w+b")
-    opened.write(file.data)
-    return MeshFiles(file.name, opened)
+@pytest.fixture
+def kept() -> Iterator[Keep]:
+    """Makes files that are open until the test ends."""
+    with ExitStack() as opened:
+
+        def keep(data: bytes, name: str = "mesh.obj") -> MeshFiles:
+            file = opened.enter_context(os.fdopen(os.memfd_create(name), "w+b"))
+            file.write(data)
+            return MeshFiles(name, file)
+
+        yield keep
 
 
 @pytest.fixture
@@ -92,7 +99,7 @@ def pipe(tmp_path: Path) -> Pipe:
 
 
 @pytest.fixture
-def mesh(ball: MeshFile) -> MeshFiles:
+def mesh(ball: MeshFile, kept: Keep) -> MeshFiles:
     return kept(ball.data)
 
 
@@ -113,7 +120,7 @@ def test_sound_meshes_pass(portal: BlockingPortal, checks: MeshChecks, mesh: Mes
 
 
 def test_a_fault_is_told_with_file_and_place(
-    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, kept: Keep
 ) -> None:
     broken = kept(b"v 0 0 0\nv 1 x 0\n", "broken.obj")
 
@@ -124,7 +131,7 @@ def test_a_fault_is_told_with_file_and_place(
 
 
 def test_a_source_that_cannot_be_written_back_is_refused(
-    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, kept: Keep
 ) -> None:
     only_readable = kept(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "mesh.off")
 
@@ -136,7 +143,7 @@ def test_a_source_that_cannot_be_written_back_is_refused(
 
 
 def test_a_file_is_handed_over_whole_whatever_its_size(
-    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, kept: Keep
 ) -> None:
     large = kept(b"# " + b"x" * (8 * MEBIBYTE) + b"\nv 0 0 0\n", "large.obj")
 
@@ -145,7 +152,7 @@ def test_a_file_is_handed_over_whole_whatever_its_size(
 
 
 def test_more_files_come_along_than_one_message_can_carry(
-    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, kept: Keep
 ) -> None:
     resources = {f"{number}.bin": mesh.file for number in range(300)}
     gltf = MeshFiles("a.gltf", kept(b'{"asset": {"version": "2.0"}}').file, resources)
@@ -156,7 +163,9 @@ def test_more_files_come_along_than_one_message_can_carry(
     assert caught.value.file == "a.gltf"
 
 
-def test_memory_is_bounded_and_what_takes_more_is_refused(portal: BlockingPortal) -> None:
+def test_memory_is_bounded_and_what_takes_more_is_refused(
+    portal: BlockingPortal, kept: Keep
+) -> None:
     settings = ServiceSettings(precheck_memory_bytes=64 * MEBIBYTE)
     hungry = kept(b"v 0 0 0\n" * (8 * MEBIBYTE // 8))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
