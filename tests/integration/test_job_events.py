@@ -133,13 +133,12 @@ def test_no_more_clients_follow_than_may(
     async def scenario() -> None:
         async with connect_async(broker.url) as client:
             events = Events(EventFeed(client), most=1)
-            first = events.stream(queued_job.id, BEGINNING)
-            await anext(first)
-            with pytest.raises(ProblemError) as refusal:
-                events.require_room()
-            assert refusal.value.problem.status == 503
-            assert not await events.wait_for_end(queued_job.id, 5)
-            await first.aclose()
-            events.require_room()
+            with events.place():
+                with pytest.raises(ProblemError) as refusal, events.place():
+                    pass
+                assert refusal.value.problem.status == 503
+                assert not await events.wait_for_end(queued_job.id, 5)
+            with events.place():
+                pass
 
     run(scenario())

@@ -5,7 +5,7 @@ HTML Living Standard, section 9.2 (server-sent events).
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -69,7 +69,7 @@ class Events:
         """Wait until a job has ended, or the time is up; false if no more clients may wait."""
         if self._following >= self._most:
             return False
-        with self.one_more():
+        with self._one_more():
             await self._feed.wait_for_end(job_id, seconds)
         return True
 
@@ -77,8 +77,9 @@ class Events:
         """Whether anything has happened to a job after an event."""
         return bool(await self._feed.since(job_id, after))
 
-    def require_room(self) -> None:
-        """Refuse one client too many.
+    @contextmanager
+    def place(self) -> Iterator[None]:
+        """Count a client as long as it follows something, or refuse one too many.
 
         Raises:
             ProblemError: as many follow as may.
@@ -88,23 +89,23 @@ class Events:
                 problem("unavailable", "as many clients follow jobs as this server allows"),
                 {"Retry-After": "5"},
             )
+        with self._one_more():
+            yield
 
     async def stream(self, job_id: str, after: str) -> AsyncGenerator[bytes]:
         """The events after one, as they are sent."""
-        with self.one_more():
-            yield format_sse_event(retry=_RECONNECT)
-            try:
-                async for event in self._feed.follow(job_id, after):
-                    if event is None:
-                        yield KEEPALIVE_COMMENT
-                    else:
-                        yield format_sse_event(id=event.id, event=event.name, data_str=event.data)
-            except RedisError:
-                return  # the client comes back with the last id it has seen
+        yield format_sse_event(retry=_RECONNECT)
+        try:
+            async for event in self._feed.follow(job_id, after):
+                if event is None:
+                    yield KEEPALIVE_COMMENT
+                else:
+                    yield format_sse_event(id=event.id, event=event.name, data_str=event.data)
+        except RedisError:
+            return  # the client comes back with the last id it has seen
 
     @contextmanager
-    def one_more(self) -> Iterator[None]:
-        """Count a client as long as it follows something."""
+    def _one_more(self) -> Iterator[None]:
         self._following += 1
         try:
             yield
@@ -120,10 +121,21 @@ def _events(request: Request) -> Events:
 EventsDependency = Annotated[Events, Depends(_events)]
 
 
+async def _place(events: EventsDependency) -> AsyncIterator[None]:
+    # Counted before the answer begins: a stream that is counted when its first part is asked
+    # for leaves room for any number of requests that come at one time.
+    with events.place():
+        yield
+
+
+PlaceDependency = Depends(_place)  # given up when the whole answer has been sent
+
+
 @router.get(
     "/{job_id}/events",
     response_class=Response,
     responses=_ANSWERS,
+    dependencies=[PlaceDependency],
     summary="Follow a job",
 )
 async def follow_job(
@@ -145,7 +157,6 @@ async def follow_job(
     if record.has_ended and last_event_id and not await events.since(record.id, after):
         # The standard's way to tell a browser not to come back.
         return Response(status_code=status.HTTP_204_NO_CONTENT)
-    events.require_room()
     return StreamingResponse(
         events.streams.until_closed(events.stream(record.id, after)),
         media_type="text/event-stream",
