@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.errors import InputError
-from worker.webhooks.secrets import SigningSecrets
+from worker.webhooks.signing import SigningSecrets
 
 if TYPE_CHECKING:
     from redis import Redis

@@ -141,6 +141,7 @@ def test_metrics_tell_what_there_is(samples: Samples) -> None:
     assert sample(samples, "meshcone_oldest_job_seconds", state="queued") == 0
     assert sample(samples, "meshcone_workers") == 1
     assert sample(samples, "meshcone_webhooks_pending") == 0
+    assert sample(samples, "meshcone_webhooks_total", outcome="dropped") == 0
 
 
 def test_metrics_tell_what_was_done(samples: Samples, job: Job, observed: Stack) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
 import os
@@ -19,12 +20,14 @@ from service.access.keys import KeyStore
 from tests.integration.jobs import make_job
 from tests.integration.receiver import Receiver, receiving
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_text
+from worker.broker.connections import connect_async, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import WEBHOOKS
+from worker.jobs.outbox import KEPT
 from worker.jobs.records import JobRecord
-from worker.webhooks.schedule import DUE, MESSAGES, TRIES
+from worker.webhooks.schedule import DUE, MESSAGES, TRIES, Schedule
+from worker.webhooks.signing import SECRETS
 
 SECRET = "whsec_" + base64.b64encode(bytes(range(32))).decode()
 
@@ -246,3 +249,124 @@ def test_only_ends_are_told_and_only_where_asked(
 
     [(_, body)] = receiver.received
     assert json.loads(body)["type"] == "job.canceled"
+
+
+def test_a_job_deleted_before_its_webhook_is_collected_is_told_of(
+    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver
+) -> None:
+    record = ended_job(ledger, receiver.url)
+    ledger.delete(record.id)
+
+    with deliver():
+        receiver.wait_for(1)
+        wait_for(lambda: is_settled(redis))
+
+    [(headers, body)] = receiver.received
+    told = Webhook(SECRET).verify(body, headers)
+    assert told["data"]["id"] == record.id
+    assert told["data"]["labels"] == ["nightly"]
+
+
+def test_a_delivery_that_crashes_counts_as_an_attempt_and_is_given_up(
+    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, tmp_path: Path
+) -> None:
+    redis.hset(SECRETS, "careless", "whsec_" + 33 * "A")  # that many digits decode to no bytes
+    crashing = ended_job(ledger, receiver.url, owner="careless")
+    sound = ended_job(ledger, receiver.url)
+
+    with deliver(MESHCONE_WEBHOOK_ATTEMPTS="2"):
+        wait_for(lambda: is_settled(redis))
+
+    lines = [line for line in log_lines(tmp_path) if line.get("job_id") == crashing.id]
+    assert [line["event"] for line in lines if "tries" in line] == [
+        "webhook not delivered",
+        "webhook given up",
+    ]
+    assert [json.loads(body)["data"]["id"] for _, body in receiver.received] == [sound.id]
+    assert ledger.index.counters()["webhooks:given_up"] == 1
+    assert ledger.index.counters()["webhooks:delivered"] == 1
+
+
+def test_a_message_that_ends_every_process_is_given_up(
+    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, tmp_path: Path
+) -> None:
+    record = ended_job(ledger, receiver.url)
+    redis.hset(TRIES, f"{record.id}_succeeded_1", 14)  # begun twice as often as it may be tried
+
+    with deliver():
+        wait_for(lambda: is_settled(redis))
+
+    assert receiver.received == []
+    assert log_lines(tmp_path)[-1]["reason"] == "attempts were begun and never ended"
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"labels":"[]","milliseconds":1e300}'])
+def test_a_message_that_cannot_be_read_is_dropped_and_stops_no_other(
+    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, text: str
+) -> None:
+    redis.hset(MESSAGES, "broken", text)
+    redis.zadd(DUE, {"broken": 0})
+    ended_job(ledger, receiver.url)
+
+    with deliver():
+        receiver.wait_for(1)
+        wait_for(lambda: is_settled(redis))
+
+    assert ledger.index.counters()["webhooks:dropped"] == 1
+
+
+def test_an_entry_of_an_older_version_is_looked_up_or_dropped_in_words(
+    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, tmp_path: Path
+) -> None:
+    kept, deleted = (ended_job(ledger, receiver.url) for _ in range(2))
+    ledger.delete(deleted.id)
+    redis.delete(WEBHOOKS)
+    for record in (deleted, kept):
+        for state, attempt in (("queued", 0), ("running", 1), ("succeeded", 1)):
+            entry = {"job": record.id, "state": state, "attempt": attempt}
+            redis.xadd(WEBHOOKS, {name: str(value) for name, value in entry.items()})
+    redis.xadd(WEBHOOKS, {"what": "is this"})
+
+    with deliver():
+        receiver.wait_for(1)
+        wait_for(lambda: is_settled(redis))
+
+    [(headers, body)] = receiver.received
+    assert Webhook(SECRET).verify(body, headers)["data"]["id"] == kept.id
+    assert headers["webhook-id"] == f"{kept.id}_succeeded_1"
+    dropped = [line for line in log_lines(tmp_path) if line["event"] == "webhook dropped"]
+    assert dropped[0]["reason"] == f"{deleted.id}: its job has been deleted"
+    assert len(dropped) == 2
+    assert ledger.index.counters()["webhooks:dropped"] == 2
+
+
+def test_what_falls_out_of_a_full_outbox_is_counted(ledger: Ledger, redis: Redis) -> None:
+    with redis.pipeline(transaction=False) as pipeline:
+        for _ in range(KEPT):
+            pipeline.xadd(WEBHOOKS, {"job": "old", "state": "succeeded", "attempt": "1"})
+        pipeline.execute()
+
+    record = ended_job(ledger, "https://example.org/hook")
+
+    assert redis.xlen(WEBHOOKS) == KEPT
+    assert redis.xrevrange(WEBHOOKS, count=1)[0][1]["job"] == record.id
+    assert ledger.index.counters()["webhooks:dropped"] == 1
+
+
+def test_of_too_many_those_go_first_that_are_tried_again_last(
+    broker: EmbeddedBroker, ledger: Ledger, redis: Redis
+) -> None:
+    later = 4e9  # seconds
+    redis.zadd(DUE, {f"waits-{number}": later + number for number in range(KEPT)})
+    record = ended_job(ledger, "https://example.org/hook")
+
+    async def collect() -> None:
+        async with connect_async(broker.url) as client:
+            await Schedule(client).collect()
+
+    asyncio.run(collect())
+
+    assert redis.zcard(DUE) == KEPT
+    assert redis.zscore(DUE, f"{record.id}_succeeded_1") is not None
+    assert redis.zscore(DUE, f"waits-{KEPT - 1}") is None
+    assert ledger.index.counters()["webhooks:dropped"] == 1

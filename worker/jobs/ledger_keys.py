@@ -7,7 +7,7 @@
     meshcone:since:STATE        sorted set of ids by the time, in seconds, they entered the state;
                                 an expired job is under `expired` instead of its state
     meshcone:counters           hash: what has happened since the ledger was begun
-    meshcone:webhooks           stream: transitions of jobs that have a webhook, until delivered
+    meshcone:webhooks           stream: webhooks to be sent; see worker.jobs.outbox
     meshcone:blobs:…            see worker.storage.register
     meshcone:idempotency:HASH   see worker.jobs.idempotency
 

@@ -9,6 +9,7 @@ blobs) is written by the same script, and nowhere else.
 from __future__ import annotations
 
 from worker.jobs import ledger_keys as keys
+from worker.jobs import outbox
 
 EVENTS_KEPT = 256
 """Events kept of a job; what falls out can be read from the job itself."""
@@ -51,14 +52,10 @@ local function move(old, new)
   redis.call('ZADD', 'meshcone:index:state:' .. new, 0, step.id)
   redis.call('HINCRBY', '{keys.COUNTERS}', 'transitions:' .. old .. ':' .. new, 1)
 end
-
+{outbox.WRITE}
 local function announce(state, attempt)
   note('state', cjson.encode({{state=state, attempt=attempt}}))
-  local webhook = redis.call('HGET', job, 'webhook')
-  if webhook and webhook ~= 'null' then
-    redis.call('XADD', '{keys.WEBHOOKS}', '*',
-               'job', step.id, 'state', state, 'attempt', attempt)
-  end
+  write_webhook(state, attempt)
 end
 
 -- A blob is needed as often as jobs and leases name it; see worker.storage.register.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import random
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import httpcore2
@@ -12,13 +13,13 @@ import structlog
 from redis.exceptions import RedisError
 
 from worker.webhooks.addresses import PublicBackend
-from worker.webhooks.messages import Message, signed_headers
 from worker.webhooks.schedule import Schedule, Taken
-from worker.webhooks.secrets import SECRETS
+from worker.webhooks.signing import SECRETS, signed_headers
 
 if TYPE_CHECKING:
     from redis.asyncio import Redis
 
+    from worker.jobs.outbox import Message
     from worker.webhooks.settings import WebhookSettings
 
 logger = structlog.get_logger(__name__)
@@ -29,6 +30,14 @@ _JITTER = 0.2  # share of a pause, so that what failed together is not sent toge
 _LOOK_INTERVAL = 5.0  # seconds
 _BROKER_PAUSE = 1.0  # seconds
 _GONE = 410  # HTTP status by which a receiver says that it wants no more
+
+
+@dataclass(frozen=True)
+class _Failure:
+    """Why a message was not received, and whether it is of use to send it again."""
+
+    reason: str
+    is_final: bool = False
 
 
 class Delivery:
@@ -94,18 +103,25 @@ class Delivery:
             await asyncio.sleep(_BROKER_PAUSE)
 
     async def _deliver(self, taken: Taken) -> None:
+        """Send a message once, and note what came of it; nothing that it does ends the process."""
         message, log = taken.message, logger.bind(job_id=taken.message.job, tries=taken.tries)
-        outcome = await self._send(message)
+        attempts = self._settings.webhook_attempts
         try:
-            if outcome == "":
+            if taken.tries > 2 * attempts:  # each as good as tried, and its process ended by it
+                failure: _Failure | None = _Failure("attempts were begun and never ended", True)
+            else:
+                failure = await self._send(message)
+            if failure is None:
                 log.info("webhook delivered")
-                await self._schedule.settle(message)
-            elif outcome == "gone" or taken.tries >= self._settings.webhook_attempts:
-                log.error("webhook given up", reason=outcome)
-                await self._schedule.settle(message)
+                await self._schedule.settle(message, "delivered")
+            elif failure.is_final or taken.tries >= attempts:
+                log.error("webhook given up", reason=failure.reason)
+                await self._schedule.settle(message, "given_up")
             else:
                 pause = self._pause(taken.tries)
-                log.warning("webhook not delivered", reason=outcome, again_in=round(pause, 1))
+                log.warning(
+                    "webhook not delivered", reason=failure.reason, again_in=round(pause, 1)
+                )
                 await self._schedule.postpone(message, pause)
         except RedisError as error:  # due again when its time is over
             log.error("the broker cannot be used", error=str(error))
@@ -114,21 +130,25 @@ class Delivery:
         spread = 1 + random.uniform(-_JITTER, _JITTER)  # noqa: S311 - nothing is kept secret by it
         return float(self._settings.webhook_first_delay) * float(_GROWTH) ** (tries - 1) * spread
 
-    async def _send(self, message: Message) -> str:
-        """Send a message once; returns why it was not received, or nothing."""
+    async def _send(self, message: Message) -> _Failure | None:
+        """Send a message once; None if it was received."""
         try:
             secret = await self._secret(message)
             if secret is None:
-                return "gone"  # its key was revoked
+                return _Failure("there is no secret to sign it with any more", is_final=True)
             async with asyncio.timeout(self._settings.webhook_timeout):
                 status = await self._post(message, secret)
         except (RedisError, httpcore2.NetworkError, httpcore2.ProtocolError) as error:
-            return f"{type(error).__name__}: {error}"
+            return _Failure(f"{type(error).__name__}: {error}")
         except (TimeoutError, httpcore2.TimeoutException):
-            return f"no answer within {self._settings.webhook_timeout:g} s"
-        if status == _GONE:
-            return "gone"
-        return "" if 200 <= status < 300 else f"status {status}"  # a redirect is not followed
+            return _Failure(f"no answer within {self._settings.webhook_timeout:g} s")
+        except Exception as error:  # a fault of ours, or a secret nobody checked
+            logger.exception("webhook failed unexpectedly", job_id=message.job)
+            return _Failure(f"unexpected {type(error).__name__}: {error}")
+        if 200 <= status < 300:
+            return None
+        # A redirect is a failure like others: it is not followed.
+        return _Failure(f"status {status}", is_final=status == _GONE)
 
     async def _post(self, message: Message, secret: str) -> int:
         body = message.body()

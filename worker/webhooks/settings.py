@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Annotated
 
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
+
+from meshcone.errors import InputError
 from worker.settings import WorkerSettings
+from worker.webhooks.signing import require_signing_secret
+
+
+def _signing_secret(secret: str) -> str:
+    try:
+        return require_signing_secret(secret)
+    except InputError as error:
+        raise PydanticCustomError("webhook_secret", "{reason}", {"reason": error.message}) from None
 
 
 class WebhookSettings(WorkerSettings):
@@ -13,12 +25,11 @@ class WebhookSettings(WorkerSettings):
     Workers do without them: what solves a stranger's mesh is to hold no secret.
     """
 
-    webhook_secret: str | None = Field(
+    webhook_secret: Annotated[str, AfterValidator(_signing_secret)] | None = Field(
         default=None,
-        pattern=r"^whsec_[A-Za-z0-9+/]{32,}={0,2}$",
         repr=False,
         description="signs the webhooks of jobs that were sent without an API key, as `whsec_` and "
-        "base64; without it such jobs cannot have one",
+        "24 to 64 bytes in base64; without it such jobs cannot have one",
     )
     webhook_attempts: int = Field(
         default=7, ge=1, le=12, description="times a webhook is sent before it is given up"

@@ -34,7 +34,7 @@ from worker.jobs.tallies import (
     STAGES,
     bucket,
 )
-from worker.webhooks.schedule import DUE
+from worker.webhooks.schedule import DUE, Outcome
 
 if TYPE_CHECKING:
     from service.api.context import Context
@@ -98,6 +98,13 @@ class LedgerCollector(Collector):
                 for name, value in counters.items()
                 if name.startswith("seconds:")
             },
+        )
+        outcomes = get_args(Outcome)
+        yield _by_label(
+            "meshcone_webhooks",
+            "Webhooks by what became of them; those dropped were too many, or could not be read.",
+            ("outcome",),
+            {(outcome,): counters.get(f"webhooks:{outcome}", 0) for outcome in outcomes},
         )
         yield from _of_the_work(counters)
 
