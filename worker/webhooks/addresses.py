@@ -23,7 +23,50 @@ if TYPE_CHECKING:
     Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 URL_LENGTH = 2048  # characters
-_NAT64 = ipaddress.IPv6Network("64:ff9b::/96")  # RFC 6052, section 2.1
+
+# What follows is written out, because what Python calls global differs between its versions.
+# It is all of IANA's special-purpose address registries, what they call reachable included:
+# no receiver of webhooks is there. Multicast has a registry of its own.
+_SPECIAL_IPV4 = tuple(
+    ipaddress.IPv4Network(block)
+    for block in (
+        "0.0.0.0/8",  # this network
+        "10.0.0.0/8",  # private
+        "100.64.0.0/10",  # shared by a carrier's customers
+        "127.0.0.0/8",  # loopback
+        "169.254.0.0/16",  # link-local, and the metadata of cloud machines
+        "172.16.0.0/12",  # private
+        "192.0.0.0/24",  # protocol assignments
+        "192.0.2.0/24",  # documentation
+        "192.31.196.0/24",  # AS112
+        "192.52.193.0/24",  # AMT
+        "192.88.99.0/24",  # relays of 6to4
+        "192.168.0.0/16",  # private
+        "192.175.48.0/24",  # AS112
+        "198.18.0.0/15",  # benchmarks
+        "198.51.100.0/24",  # documentation
+        "203.0.113.0/24",  # documentation
+        "224.0.0.0/4",  # multicast
+        "240.0.0.0/4",  # reserved, and broadcast
+    )
+)
+_UNICAST_IPV6 = ipaddress.IPv6Network("2000::/3")  # all that IANA gives out of global addresses
+_SPECIAL_IPV6 = tuple(
+    ipaddress.IPv6Network(block)
+    for block in (
+        "2001::/23",  # protocol assignments, Teredo, benchmarks and ORCHID among them
+        "2001:db8::/32",  # documentation
+        "2002::/16",  # 6to4
+        "2620:4f:8000::/48",  # AS112
+        "3fff::/20",  # documentation
+    )
+)
+# Other spellings of an IPv4 address, which then decides. A host without IPv4 is given the
+# second by its resolver for every receiver that has no IPv6 (RFC 6147).
+_CARRIERS_OF_IPV4 = (
+    ipaddress.IPv6Network("::ffff:0:0/96"),  # RFC 4291, section 2.5.5.2
+    ipaddress.IPv6Network("64:ff9b::/96"),  # RFC 6052, section 2.1
+)
 
 
 class RefusedAddressError(ConnectError):
@@ -31,16 +74,12 @@ class RefusedAddressError(ConnectError):
 
 
 def is_public(address: Address) -> bool:
-    """Whether an address is of the public internet, and so is any it carries inside."""
+    """Whether an address is of the public internet: a global unicast address of no special use."""
     if isinstance(address, ipaddress.IPv6Address):
-        inner = [address.ipv4_mapped, address.sixtofour, *(address.teredo or ())]
-        if address in _NAT64:
-            inner.append(ipaddress.IPv4Address(int(address) & 0xFFFFFFFF))
-        if not all(is_public(carried) for carried in inner if carried is not None):
-            return False
-        if address.ipv4_mapped is not None:
-            return True  # older Pythons call every mapped address private
-    return address.is_global and not address.is_multicast
+        if any(address in network for network in _CARRIERS_OF_IPV4):
+            return is_public(ipaddress.IPv4Address(int(address) & 0xFFFFFFFF))
+        return address in _UNICAST_IPV6 and not any(address in block for block in _SPECIAL_IPV6)
+    return not any(address in block for block in _SPECIAL_IPV4)
 
 
 def require_webhook_url(url: str, *, private_addresses: bool) -> str:
@@ -108,7 +147,8 @@ async def _resolved(host: str, port: int) -> list[Address]:
 
 
 def _is_refused_literal(host: str) -> bool:
-    if host == "localhost" or host.endswith(".localhost"):  # RFC 6761, section 6.3
+    name = host.removesuffix(".")
+    if name == "localhost" or name.endswith(".localhost"):  # RFC 6761, section 6.3
         return True
     try:
         return not is_public(ipaddress.ip_address(host))
