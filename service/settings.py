@@ -33,7 +33,7 @@ class ServiceSettings(WebhookSettings):
         "own; there are at most two at one time",
     )
     precheck_seconds: int = Field(
-        default=20,
+        default=30,
         ge=1,
         description="seconds of processor time that reading the files of one request may take",
     )

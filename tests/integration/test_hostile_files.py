@@ -45,3 +45,27 @@ def test_a_small_cause_has_no_large_effect(case: Case) -> None:
         place, message = rest
         assert re.fullmatch(case.place or "None", place)
         assert re.search(case.message, message)
+
+
+_READ_WITHIN = """
+import sys
+from meshcone.assets import read_asset
+from worker.run.sandbox import limit_resources
+start = {"a.obj": b"v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n", "a.off": b"OFF\\n3 1 0\\n"}
+end = {"a.obj": b"", "a.off": b"0 0 0\\n1 0 0\\n0 1 0\\n3 0 1 2\\n"}
+name, line = sys.argv[1], sys.argv[2].encode() + b"\\n"
+data = start[name] + line * (16 * 2**20 // len(line)) + end[name]
+limit_resources(seconds=600, memory=int(sys.argv[3]), file_bytes=None)
+print(len(read_asset(name, data).faces))
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "times"),
+    [("a.obj", "#", 24), ("a.obj", "##", 24), ("a.obj", "##\\", 24), ("a.off", "##", 8)],
+)
+def test_lines_that_say_nothing_take_little_memory(name: str, line: str, times: int) -> None:
+    memory = str(times * 16 * 2**20)  # an object a line takes 80, 53, 56 and 20 times the file
+    command = [sys.executable, "-c", _READ_WITHIN, name, line, memory]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+    assert ended.stdout == "1\n", ended.stderr

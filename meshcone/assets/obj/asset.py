@@ -14,7 +14,7 @@ from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
 from meshcone.assets.obj.regions import face_regions
 from meshcone.assets.obj.scan import ObjLines, count_lines, scan_lines
-from meshcone.assets.obj.write import number_style, replace_vectors
+from meshcone.assets.obj.write import number_style, replaced_vectors
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
@@ -95,27 +95,27 @@ class ObjAsset(Asset):
         # Keeping every line of every asset alive would cost several times its file's size.
         lines = scan_lines(self._data)
         style = number_style(lines, lines.vertices).resolving(vertices)
-        replace_vectors(
-            lines.raw, lines.vertices[moved], self.positions[moved], positions[moved], style
+        statements = replaced_vectors(
+            lines, lines.vertices[moved], self.positions[moved], positions[moved], style
         )
         if policy.normals == "recompute" and (self._corner_normals >= 0).any():
-            self._write_normals(lines, vertices, policy.selected)
-        return b"".join(lines.raw)
+            statements |= self._new_normals(lines, vertices, policy.selected)
+        return lines.replaced(statements)
 
-    def _write_normals(
+    def _new_normals(
         self,
         lines: ObjLines,
         vertices: NDArray[np.float64],
         selected: NDArray[np.bool_] | None,
-    ) -> None:
+    ) -> dict[int, bytes]:
         stored = read_normals(lines)
         directions, changed = self._shared_normals(stored, vertices)
         if selected is not None:
             used = self._corner_normals[self._surface.kept][~selected]
             changed[used[used >= 0]] = False
         style = number_style(lines, lines.normals).for_normals()
-        replace_vectors(
-            lines.raw, lines.normals[changed], stored[changed], directions[changed], style
+        return replaced_vectors(
+            lines, lines.normals[changed], stored[changed], directions[changed], style
         )
 
     def _shared_normals(

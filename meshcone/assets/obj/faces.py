@@ -8,7 +8,6 @@ element stated *before* the face.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -60,7 +59,7 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
     for block in blocks(lines.faces):
         sizes, corners = _split_corners(lines, block, limits)
         triangles += int(np.maximum(sizes - 2, 0).sum())
-        limits.check("faces", triangles, "triangles", lines.place(block[-1]))
+        limits.check("faces", triangles, "triangles", lines.place(int(block[-1])))
         columns = _convert(corners)
         if columns is None:
             columns = _one_by_one(lines, block, sizes, corners)
@@ -75,7 +74,7 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
 
 
 def _split_corners(
-    lines: ObjLines, rows: list[int], limits: Limits
+    lines: ObjLines, rows: NDArray[np.int64], limits: Limits
 ) -> tuple[NDArray[np.int64], list[bytes]]:
     """(p,) corners of each face, and the corners of all."""
     words = block_words(lines, rows)
@@ -89,7 +88,7 @@ def _split_corners(
         return sizes, [word for word in words if word != b"f"]
     faces = []
     triangles = 0
-    for row in rows:
+    for row in rows.tolist():
         statement = lines.statement(row)
         triangles += max(count_words(statement) - 3, 0)
         limits.check("faces", triangles, "triangles", lines.place(row))
@@ -127,7 +126,7 @@ def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 def _one_by_one(
-    lines: ObjLines, rows: Sequence[int], sizes: NDArray[np.int64], corners: list[bytes]
+    lines: ObjLines, rows: NDArray[np.int64], sizes: NDArray[np.int64], corners: list[bytes]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     rows_of_corners = np.repeat(rows, sizes).tolist()
     pairs = [_corner(word, lines, row) for word, row in zip(corners, rows_of_corners, strict=True)]

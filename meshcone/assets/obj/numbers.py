@@ -18,22 +18,19 @@ _BROKEN = (np.nan, np.nan, np.nan)
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
-def blocks(rows: NDArray[np.int64]) -> Iterator[list[int]]:
+def blocks(rows: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
     """Rows in runs: few enough that the words of lines of usual length fit in memory together."""
     for start in range(0, len(rows), _BLOCK):
-        yield rows[start : start + _BLOCK].tolist()
+        yield rows[start : start + _BLOCK]
 
 
-def block_words(lines: ObjLines, rows: list[int]) -> list[bytes] | None:
+def block_words(lines: ObjLines, rows: NDArray[np.int64]) -> list[bytes] | None:
     """All words of a block of statements in a row.
 
     None if comments stand between them, or if they are too long to be cut all at once.
     """
-    statements = [lines.text[row] for row in rows]
-    if sum(map(len, statements)) > _BLOCK_BYTES:
-        return None
-    joined = b"".join(statements)
-    return None if b"#" in joined else joined.split()
+    joined = lines.joined(rows, _BLOCK_BYTES)
+    return None if joined is None or b"#" in joined else joined.split()
 
 
 def read_positions(lines: ObjLines) -> NDArray[np.float64]:
@@ -70,7 +67,7 @@ def _read_vectors(
     for block in blocks(rows):
         values = _convert(block_words(lines, block), len(block))
         if values is None:
-            values = np.array([one_by_one(lines, row) for row in block])
+            values = np.array([one_by_one(lines, row) for row in block.tolist()])
         vectors[filled : filled + len(block)] = values
         filled += len(block)
     return vectors

@@ -6,7 +6,7 @@ statements a surface needs are told apart; everything else is carried as text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,22 +15,29 @@ from numpy.typing import NDArray
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _PADDING = 16  # lets every statement be compared with any keyword
 _BLANKS: NDArray[np.bool_] = np.isin(np.arange(256), list(b" \t\n\r\v\f"))
+_NEWLINE, _RETURN, _HASH, _BLANK, _BACKSLASH = b"\n\r# \\"
+_USUAL_INDENT = 64
 
 
 @dataclass(frozen=True)
 class ObjLines:
     """An OBJ file as statements.
 
+    They are cut out of it when they are asked for: a file can have millions that say nothing,
+    and an object for each takes fifty times its size.
+
     Attributes:
-        raw: one entry per statement with its line ends; joined, they are the file.
-        text: the same statements with line continuations turned into blanks.
+        data: the file.
+        text: the same with line continuations and byte order mark turned into blanks.
+        bounds: where each statement starts in both, and the end of the last.
         first_lines: 1-based number of each statement's first line in the file.
-        vertices, normals, faces: rows of ``raw`` that hold v, vn and f.
-        objects, groups, materials: rows that hold o, g and usemtl.
+        vertices, normals, faces: statements that are v, vn and f.
+        objects, groups, materials: statements that are o, g and usemtl.
     """
 
-    raw: list[bytes]
-    text: list[bytes]
+    data: bytes
+    text: bytes
+    bounds: NDArray[np.int64]
     first_lines: range | NDArray[np.int64]
     vertices: NDArray[np.int64]
     normals: NDArray[np.int64]
@@ -43,9 +50,23 @@ class ObjLines:
         """Where a statement stands in the file, for messages."""
         return f"line {self.first_lines[row]}"
 
+    def raw(self, row: int) -> bytes:
+        """A statement as it stands in the file, with its line ends."""
+        return self.data[self.bounds[row] : self.bounds[row + 1]]
+
+    def joined(self, rows: NDArray[np.int64], most: int) -> bytes | None:
+        """The text of some statements in a row; None if it has more than ``most`` bytes."""
+        starts, ends = self.bounds[rows], self.bounds[rows + 1]
+        if len(rows) == 0 or (ends - starts).sum() > most:
+            return b"" if len(rows) == 0 else None
+        if rows[-1] - rows[0] == len(rows) - 1:
+            return self.text[starts[0] : ends[-1]]
+        pairs = zip(starts.tolist(), ends.tolist(), strict=True)
+        return b"".join([self.text[start:end] for start, end in pairs])
+
     def statement(self, row: int) -> bytes:
         """A statement without its comment."""
-        line = self.text[row]
+        line = self.text[self.bounds[row] : self.bounds[row + 1]]
         return line.partition(b"#")[0] if b"#" in line else line
 
     def leading_words(self, row: int, count: int) -> list[bytes]:
@@ -56,6 +77,14 @@ class ObjLines:
         """What each of some o, g or usemtl statements names."""
         arguments = (self.statement(row).split(None, 1)[1:] for row in rows.tolist())
         return [b"".join(name).rstrip().decode("utf-8", "replace") for name in arguments]
+
+    def replaced(self, statements: Mapping[int, bytes]) -> bytes:
+        """The file with other statements in some rows."""
+        pieces, done = [], 0
+        for row in sorted(statements):
+            pieces += [self.data[done : self.bounds[row]], statements[row]]
+            done = int(self.bounds[row + 1])
+        return b"".join([*pieces, self.data[done:]])
 
 
 def count_lines(data: bytes) -> int:
@@ -72,20 +101,20 @@ def count_words(text: bytes) -> int:
 
 
 def scan_lines(data: bytes) -> ObjLines:
-    """Sort a file's statements by keyword, in one pass."""
-    raw = data.splitlines(keepends=True)
-    first_lines: range | NDArray[np.int64] = range(1, len(raw) + 1)
-    text = raw
+    """Sort a file's statements by keyword, with array operations: files have millions of them."""
+    bounds = _line_bounds(data)
+    first_lines: range | NDArray[np.int64] = range(1, len(bounds))
+    text = data
     if b"\\\n" in data or b"\\\r" in data:
-        raw, first_lines = _join_continued(raw)
-        text = [_without_continuations(statement) for statement in raw]
-    if data.startswith(_BYTE_ORDER_MARK):
-        text = [text[0].removeprefix(_BYTE_ORDER_MARK), *text[1:]]
+        bounds, first_lines, text = _join_continued(data, bounds)
+    if text.startswith(_BYTE_ORDER_MARK):
+        text = b" " * len(_BYTE_ORDER_MARK) + text[len(_BYTE_ORDER_MARK) :]
 
-    keywords = _Keywords(text)
+    keywords = _Keywords(text, bounds)
     return ObjLines(
-        raw=raw,
+        data=data,
         text=text,
+        bounds=bounds,
         first_lines=first_lines,
         vertices=keywords.rows(b"v"),
         normals=keywords.rows(b"vn"),
@@ -97,50 +126,61 @@ def scan_lines(data: bytes) -> ObjLines:
 
 
 class _Keywords:
-    """Finds statements by keyword with array operations: files have millions of them."""
+    """Finds statements by keyword."""
 
-    def __init__(self, text: list[bytes]) -> None:
-        lengths = np.fromiter(map(len, text), dtype=np.int64, count=len(text))
-        self._starts = np.cumsum(lengths) - lengths
-        self._characters = np.frombuffer(b"".join([*text, b"\n" * _PADDING]), dtype=np.uint8)
+    def __init__(self, text: bytes, bounds: NDArray[np.int64]) -> None:
+        self._characters = np.frombuffer(text + b"\n" * _PADDING, dtype=np.uint8)
+        self._starts = bounds[:-1].copy()
         indented = np.flatnonzero(_BLANKS[self._characters[self._starts]])
-        end = len(self._characters) - _PADDING
-        for row in indented.tolist():
-            words = text[row].lstrip()
-            self._starts[row] = self._starts[row] + len(text[row]) - len(words) if words else end
+        ends = bounds[indented + 1]
+        for _ in range(_USUAL_INDENT):
+            self._starts[indented] += 1
+            still = _BLANKS[self._characters[self._starts[indented]]]
+            still &= self._starts[indented] < ends
+            indented, ends = indented[still], ends[still]
+        for row, end in zip(indented.tolist(), ends.tolist(), strict=True):
+            words = text[self._starts[row] : end].lstrip()
+            self._starts[row] = end - len(words)
+        # A statement of blanks alone must not be taken for the next one.
+        self._starts[self._starts >= bounds[1:]] = len(text)
+        self._first = self._characters[self._starts]
 
     def rows(self, keyword: bytes) -> NDArray[np.int64]:
         """(k,) statements whose first word is the keyword."""
-        found = np.arange(len(self._starts))
-        for offset, character in enumerate(keyword):
+        found = np.flatnonzero(self._first == keyword[0])
+        for offset, character in enumerate(keyword[1:], 1):
             found = found[self._characters[self._starts[found] + offset] == character]
         ends = _BLANKS[self._characters[self._starts[found] + len(keyword)]]
         named: NDArray[np.int64] = found[ends]
         return named
 
 
-def _join_continued(lines: list[bytes]) -> tuple[list[bytes], NDArray[np.int64]]:
-    statements = list(_statements(lines))
-    counts = [len(parts) for parts in statements]
-    first_lines = np.cumsum([1, *counts[:-1]], dtype=np.int64)
-    return [b"".join(parts) for parts in statements], first_lines
+def _line_bounds(data: bytes) -> NDArray[np.int64]:
+    """Where each line starts, and the end of the last."""
+    characters = np.frombuffer(data, dtype=np.uint8)
+    is_end = characters == _RETURN
+    is_end[:-1] &= characters[1:] != _NEWLINE
+    is_end |= characters == _NEWLINE
+    ends = np.flatnonzero(is_end) + 1
+    unended = [len(data)] if len(data) and not is_end[-1] else []
+    return np.concatenate([[0], ends, unended]).astype(np.int64, copy=False)
 
 
-def _statements(lines: list[bytes]) -> Iterator[list[bytes]]:
-    """Runs of lines joined by a backslash; a comment ends with its line."""
-    parts: list[bytes] = []
-    for line in lines:
-        parts.append(line)
-        if b"#" in line or not line.rstrip(b"\r\n").endswith(b"\\"):
-            yield parts
-            parts = []
-    if parts:
-        yield parts
+def _join_continued(
+    data: bytes, bounds: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], bytes]:
+    """Bounds and first lines of statements that a backslash continues, and their text.
 
-
-def _without_continuations(statement: bytes) -> bytes:
-    if b"\\" not in statement:
-        return statement
-    for line_end in (b"\\\r\n", b"\\\n", b"\\\r"):
-        statement = statement.replace(line_end, b" ")
-    return statement
+    A comment ends with its line.
+    """
+    text = np.frombuffer(data, dtype=np.uint8).copy()
+    starts, last = bounds[:-1], bounds[1:] - 1
+    is_pair = (text[last] == _NEWLINE) & (last > starts) & (text[last - 1] == _RETURN)
+    before = last - 1 - is_pair
+    continued = (before >= starts) & (text[before] == _BACKSLASH)
+    continued &= (text[last] == _NEWLINE) | (text[last] == _RETURN)
+    continued &= ~np.logical_or.reduceat(text == _HASH, starts)
+    for place in (before, before + 1, last):
+        text[place[continued]] = _BLANK
+    first = np.flatnonzero(~np.concatenate([[False], continued[:-1]]))
+    return np.append(starts[first], len(data)), first + 1, text.tobytes()

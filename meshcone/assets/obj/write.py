@@ -84,19 +84,19 @@ def number_style(lines: ObjLines, rows: NDArray[np.int64]) -> NumberStyle:
     return NumberStyle(False, min(most, _MOST_DIGITS))
 
 
-def replace_vectors(
-    raw: list[bytes],
+def replaced_vectors(
+    lines: ObjLines,
     rows: NDArray[np.int64],
     old: NDArray[np.float64],
     new: NDArray[np.float64],
     style: NumberStyle,
-) -> None:
-    """Put new values into statements, in place.
+) -> dict[int, bytes]:
+    """Statements with new values, by their rows.
 
     Coordinates that do not change keep their text, zeros and all.
 
     Args:
-        raw: the statements.
+        lines: the file.
         rows: (k,) the statements to change.
         old: (k, 3) what they say.
         new: (k, 3) what they shall say.
@@ -105,13 +105,14 @@ def replace_vectors(
     number = style.format
     x, y, z = (new + 0.0).T.tolist()  # adding zero turns -0.0 into 0.0
     same_x, same_y, same_z = (old == new).T.tolist()
+    statements = {}
     for item, row in enumerate(rows.tolist()):
-        statement = raw[row]
+        statement = lines.raw(row)
         match = _VECTOR.match(statement)
         if match is None:
             raise AssertionError("a statement that was read as a vector no longer looks like one")
         head, old_x, gap, old_y, second_gap, old_z = match.groups()
-        raw[row] = b"".join(
+        statements[row] = b"".join(
             (
                 head,
                 old_x if same_x[item] else number % x[item],
@@ -122,6 +123,7 @@ def replace_vectors(
                 statement[match.end() :],
             )
         )
+    return statements
 
 
 def _digits(word: bytes) -> int:

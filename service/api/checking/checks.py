@@ -27,7 +27,7 @@ from service.settings import ServiceSettings
 
 CHECKS_AT_ONCE = 2
 _TURN_SECONDS = 30.0
-_SECONDS = 60  # a check may take on a machine that has other things to do
+_SECONDS = 90  # a check may take on a machine that has other things to do
 _GRACE = 5.0  # seconds beyond, in which the kernel ends a child that is over its time
 _ATTEMPTS = 2
 _INHERITED = ("PATH", "LANG", "TZ", "VIRTUAL_ENV", "SYSTEMROOT")
