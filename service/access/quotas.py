@@ -11,6 +11,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import structlog
+from redis.exceptions import RedisError
+
 from service.problems import ProblemError, problem
 
 if TYPE_CHECKING:
@@ -24,7 +27,9 @@ if TYPE_CHECKING:
 
 WINDOW = 60  # seconds
 _DAY = 86_400  # seconds
-_SETTLING = 60  # seconds a job may take from its quota to the ledger
+_SETTLING = 60  # seconds after which a reservation whose request has not ended is looked into
+
+logger = structlog.get_logger(__name__)
 
 _PACE = """
 -- KEYS[1]: when the requests so far would have come at an even pace. ARGV: limit, window
@@ -40,18 +45,56 @@ redis.call('SET', KEYS[1], string.format('%.6f', due), 'EX', math.ceil(due - now
 return {1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due - now)}
 """
 
-_RESERVE = """
--- KEYS: the key's jobs by the time they were let in; its bytes of the day.
--- ARGV: job id, bytes, jobs allowed, bytes allowed (0 for any number), day in seconds,
---       seconds in which a job has reached the ledger
+# KEYS of what follows: the key's jobs by the time they were let in; its bytes of the day; what
+# is reserved for requests under way, by job: 'BYTES/END OF THE DAY THEY COUNT IN/TIME'.
+_ACCOUNT = """
 local time = tonumber(redis.call('TIME')[1])
-local jobs, bytes = tonumber(ARGV[3]), tonumber(ARGV[4])
+
+local function is_known(id) return redis.call('EXISTS', 'meshcone:job:' .. id) == 1 end
+
+local function reservation(text)
+  local bytes, day, since = string.match(text, '(%d+)/(%d+)/(%d+)')
+  return tonumber(bytes), tonumber(day), tonumber(since)
+end
+
+local function count(id, bytes, day_length)
+  redis.call('ZADD', KEYS[1], time, id)
+  redis.call('EXPIRE', KEYS[1], 30 * day_length)
+  redis.call('INCRBY', KEYS[2], bytes)
+  redis.call('EXPIRE', KEYS[2], day_length, 'NX')
+end
+
+local function give_back(id, bytes, day)
+  redis.call('ZREM', KEYS[1], id)
+  if redis.call('EXPIRETIME', KEYS[2]) == day then redis.call('DECRBY', KEYS[2], bytes) end
+end
+"""
+
+_RESERVE = (
+    _ACCOUNT
+    + """
+-- ARGV: job id, bytes, jobs allowed, bytes allowed (0 for any number), day in seconds,
+--       seconds after which a reservation is looked into
+local jobs, bytes, day_length = tonumber(ARGV[3]), tonumber(ARGV[4]), tonumber(ARGV[5])
+local overdue = time - tonumber(ARGV[6])
+if redis.call('HEXISTS', KEYS[3], ARGV[1]) == 1 then return {'', 0} end  -- its answer was lost
+local reserved = redis.call('HGETALL', KEYS[3])
+for index = 1, #reserved, 2 do
+  local id = reserved[index]
+  local size, day, since = reservation(reserved[index + 1])
+  if since < time - day_length or (since < overdue and is_known(id)) then
+    redis.call('HDEL', KEYS[3], id)
+  elseif since < overdue and size > 0 then
+    -- Its process has died, or is slow: then it is counted again when the job is known.
+    give_back(id, size, day)
+    redis.call('HSET', KEYS[3], id, string.format('0/%d/%d', day, since))
+  end
+end
 if jobs > 0 and redis.call('ZCARD', KEYS[1]) >= jobs then
   -- The ledger says what became of them: a count of our own could drift from it.
   for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, -1)) do
     local state = redis.call('HGET', 'meshcone:job:' .. id, 'state')
-    local entered = tonumber(redis.call('ZSCORE', KEYS[1], id))
-    local lost = not state and entered < time - tonumber(ARGV[6])
+    local lost = not state and tonumber(redis.call('ZSCORE', KEYS[1], id)) < overdue
     if lost or (state and state ~= 'queued' and state ~= 'running') then
       redis.call('ZREM', KEYS[1], id)
     end
@@ -62,12 +105,29 @@ local used = tonumber(redis.call('GET', KEYS[2]) or '0')
 if bytes > 0 and used + tonumber(ARGV[2]) > bytes then
   return {'bytes', math.max(redis.call('TTL', KEYS[2]), 1)}
 end
-redis.call('ZADD', KEYS[1], time, ARGV[1])
-redis.call('EXPIRE', KEYS[1], 30 * tonumber(ARGV[5]))
-redis.call('INCRBY', KEYS[2], ARGV[2])
-redis.call('EXPIRE', KEYS[2], ARGV[5], 'NX')
+count(ARGV[1], ARGV[2], day_length)
+local day = redis.call('EXPIRETIME', KEYS[2])
+redis.call('HSET', KEYS[3], ARGV[1], string.format('%d/%d/%d', ARGV[2], day, time))
+redis.call('EXPIRE', KEYS[3], 2 * day_length)
 return {'', 0}
 """
+)
+
+_SETTLE = (
+    _ACCOUNT
+    + """
+-- ARGV: job id, bytes, day in seconds
+local reserved = redis.call('HGET', KEYS[3], ARGV[1])
+if not reserved then return end
+redis.call('HDEL', KEYS[3], ARGV[1])
+local size, day = reservation(reserved)
+if not is_known(ARGV[1]) then
+  give_back(ARGV[1], size, day)
+elseif size == 0 then
+  count(ARGV[1], ARGV[2], tonumber(ARGV[3]))
+end
+"""
+)
 
 
 @dataclass(frozen=True)
@@ -146,22 +206,23 @@ class JobQuotas:
 
     def __init__(self, client: Redis, settings: ServiceSettings) -> None:
         self._reserve = client.register_script(_RESERVE)
+        self._settle = client.register_script(_SETTLE)
         self._settings = settings
 
     def reserve(self, key: ApiKey, job_id: str, size: int) -> None:
         """Let a job of ``size`` bytes in, before anything of it is kept.
 
-        What is reserved for a job that never reaches the ledger is free again a minute later.
+        :meth:`settle` has to follow. Where it does not, because its process has died, the
+        reservation is settled by the key's next request that comes a minute later.
 
         Raises:
             ProblemError: the key has too many jobs, or has sent too many bytes; it says
                 when to try again.
         """
         allowance = Allowance.of(key.quota, self._settings)
-        keys = [f"meshcone:key:{key.id}:jobs", f"meshcone:key:{key.id}:bytes"]
         limits = [allowance.active_jobs, allowance.daily_bytes, _DAY, _SETTLING]
         arguments: list[Any] = [job_id, size, *limits]
-        reason, seconds = self._reserve(keys=keys, args=arguments)
+        reason, seconds = self._reserve(keys=_places(key), args=arguments)
         if reason == "jobs":
             raise _exceeded(
                 f"{allowance.active_jobs} jobs of this key are queued or running, "
@@ -173,6 +234,20 @@ class JobQuotas:
                 f"the {allowance.daily_bytes} bytes this key may send a day are used up",
                 math.ceil(float(seconds)),
             )
+
+    def settle(self, key: ApiKey, job_id: str, size: int) -> None:
+        """End a reservation: it is used if the ledger knows the job by now, else given back.
+
+        A broker that is away is no error: what is reserved is then settled later.
+        """
+        try:
+            self._settle(keys=_places(key), args=[job_id, size, _DAY])
+        except RedisError as error:
+            logger.warning("a quota is settled later", job_id=job_id, reason=str(error))
+
+
+def _places(key: ApiKey) -> list[str]:
+    return [f"meshcone:key:{key.id}:{part}" for part in ("jobs", "bytes", "reserved")]
 
 
 def _exceeded(detail: str, seconds: int) -> ProblemError:

@@ -1,9 +1,8 @@
-"""API keys against a real broker: scopes, paces, quotas, revocation."""
+"""API keys against a real broker: scopes, paces, revocation."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -12,15 +11,10 @@ from starlette.testclient import TestClient
 
 from meshcone.errors import InputError
 from service.access.keys import KEYS, KeyStore, NewKey, Quota, Scope
-from service.access.quotas import JobQuotas
 from service.api.app import create_app
-from service.problems import ProblemError
 from service.settings import ServiceSettings
-from tests.integration.jobs import make_job
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker, running_broker_url
-from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import Ledger
 
 
 @pytest.fixture
@@ -129,48 +123,6 @@ def test_a_key_without_limits_is_told_of_none(store: KeyStore, http: TestClient)
     made = store.create("free", ["read"], Quota(requests_per_minute=0))
 
     assert "ratelimit" not in http.get("/v1/jobs", headers=bearer(made)).headers
-
-
-def test_a_place_is_free_again_when_its_job_has_ended(
-    store: KeyStore, redis: Redis, ledger: Ledger
-) -> None:
-    key = store.create("small", ["submit"], Quota(active_jobs=2)).key
-    quotas = JobQuotas(redis, ServiceSettings())
-    jobs = [make_job(), make_job()]
-    for job in jobs:
-        quotas.reserve(key, job.id, 1)
-        ledger.create(job)
-
-    with pytest.raises(ProblemError, match="2 jobs of this key") as refusal:
-        quotas.reserve(key, new_job_id(), 1)
-    ledger.cancel(jobs[0].id)
-    quotas.reserve(key, new_job_id(), 1)
-
-    assert refusal.value.problem.status == 429
-    assert refusal.value.headers is not None
-    assert int(refusal.value.headers["Retry-After"]) >= 1
-
-
-def test_a_place_kept_for_a_job_that_never_came_is_not_lost(store: KeyStore, redis: Redis) -> None:
-    key = store.create("unlucky", ["submit"], Quota(active_jobs=1)).key
-    quotas = JobQuotas(redis, ServiceSettings())
-    long_ago = datetime.now(UTC).timestamp() - 3600
-    redis.zadd(f"meshcone:key:{key.id}:jobs", {new_job_id(): long_ago})
-
-    quotas.reserve(key, new_job_id(), 1)
-
-
-def test_bytes_are_counted_by_the_day(store: KeyStore, redis: Redis) -> None:
-    key = store.create("small", ["submit"], Quota(daily_bytes=100)).key
-    quotas = JobQuotas(redis, ServiceSettings())
-    quotas.reserve(key, new_job_id(), 60)
-
-    with pytest.raises(ProblemError, match="100 bytes this key may send a day") as refusal:
-        quotas.reserve(key, new_job_id(), 60)
-    quotas.reserve(key, new_job_id(), 40)
-
-    assert refusal.value.headers is not None
-    assert 0 < int(refusal.value.headers["Retry-After"]) <= 86_400
 
 
 def test_the_embedded_broker_is_found_by_its_data_directory(tmp_path: Path) -> None:

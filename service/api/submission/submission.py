@@ -199,8 +199,16 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
         owner=sender.owner,
         context=sender.context,
     )
-    if sender.key is not None:
-        context.quotas.reserve(sender.key, record.id, parcel.size)
+    if sender.key is None:
+        return _enter(record, parcel, claim, context)
+    context.quotas.reserve(sender.key, record.id, parcel.size)
+    try:
+        return _enter(record, parcel, claim, context)
+    finally:
+        context.quotas.settle(sender.key, record.id, parcel.size)
+
+
+def _enter(record: JobRecord, parcel: Parcel, claim: Claim | None, context: Context) -> JobRecord:
     _lease({file.stored.digest for file in parcel.files}, record.id, context)
     for file in parcel.files:
         file.keep(context.blobs)
