@@ -10,6 +10,8 @@ from urllib.parse import unquote
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 
+_BEGINNING = 1024  # bytes; white space before a document is short
+
 
 def read_local(path: Path) -> MeshFile:
     """Read a mesh and, of a glTF, the buffers it names.
@@ -21,12 +23,19 @@ def read_local(path: Path) -> MeshFile:
         InputError: the file cannot be read.
     """
     data = read_bytes(path)
-    resources = {
-        name: read_bytes(path.parent / name)
-        for name in _named_files(data)
-        if (path.parent / name).is_file()
-    }
+    resources = {name: read_bytes(place) for name, place in _beside(path, data).items()}
     return MeshFile(path.name, data, resources)
+
+
+def files_of(path: Path) -> list[Path]:
+    """A mesh on this machine, and the files beside it that :func:`read_local` reads with it."""
+    try:
+        with path.open("rb") as file:
+            names_files = _is_document(file.read(_BEGINNING))
+        # Whatever names no files is not read: it can be large.
+        return [path, *_beside(path, path.read_bytes()).values()] if names_files else [path]
+    except OSError:
+        return [path]
 
 
 def read_bytes(path: Path) -> bytes:
@@ -42,8 +51,17 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"cannot be read: {reason}", file=str(path)) from None
 
 
+def _beside(path: Path, data: bytes) -> dict[str, Path]:
+    places = {name: path.parent / name for name in _named_files(data)}
+    return {name: place for name, place in places.items() if place.is_file()}
+
+
+def _is_document(beginning: bytes) -> bool:
+    return beginning.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
+
+
 def _named_files(data: bytes) -> Iterator[str]:
-    if not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+    if not _is_document(data):
         return  # an OBJ's materials are not needed to refine it
     try:
         document = json.loads(data)

@@ -12,7 +12,7 @@ from meshcone.errors import InputError
 from meshcone.local_files import read_bytes
 from service.cli.arguments import Assignments, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
-from service.cli.output import require_writable, write_together
+from service.cli.output import require_places, write_together
 
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun
@@ -73,11 +73,11 @@ def command(
     """
     outputs = {"json": json_file, "junit": junit_file, "sarif": sarif_file, "html": html_file}
     wanted = {name: path for name, path in outputs.items() if path is not None}
-    for path in wanted.values():
-        require_writable(path)
+    require_places(wanted.values(), [path for path in (gates, manifest) if path is not None])
     if gates is None:
         raise InputError("--gates is missing: name the file with the gates to pass")
     pairs = _pairs(paths or [], manifest, always={gates})
+    require_places(wanted.values(), (file for pair in pairs for file in pair.files()))
     work = _jobs(pairs, gates, assignments, "refine" if refine else "measure", "html" in wanted)
     if not work:
         typer.echo("no pair has one of these files")

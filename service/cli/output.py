@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from meshcone.errors import InputError
@@ -35,12 +35,38 @@ def certificate_path(report: Path) -> Path:
     return report.with_name(f"{report.stem}.certificate.npz")
 
 
-def require_writable(path: Path) -> None:
-    """Refuse a place that cannot be written before any work is done for it.
+def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> None:
+    """Refuse places that cannot be written, before any work is done for them.
+
+    Args:
+        outputs: where files are to be written; None is left out.
+        inputs: what the command reads, under whatever name or link.
 
     Raises:
-        InputError: its directory does not exist, or it is a directory itself.
+        InputError: a directory does not exist or is in a file's place, two files have the same
+            place, or a file would take the place of an input.
     """
+    places = [path for path in outputs if path is not None]
+    taken: set[Path] = set()
+    for path in places:
+        _require_writable(path)
+        if path.resolve() in taken:
+            raise InputError(
+                "two files are to be written here: give each a name of its own", file=str(path)
+            )
+        taken.add(path.resolve())
+    existing = [path for path in places if path.exists()]  # others cannot be an input
+    for own in inputs if existing else ():
+        for path in existing:
+            if own.exists() and path.samefile(own):
+                raise InputError(
+                    "it is read by this command and would be overwritten: choose another name "
+                    "for what is written",
+                    file=str(path),
+                )
+
+
+def _require_writable(path: Path) -> None:
     if path.is_dir():
         raise InputError("cannot be written: is a directory", file=str(path))
     if not path.parent.is_dir():

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
-from meshcone.local_files import read_local
+from meshcone.local_files import files_of, read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
-from service.cli.output import certificate_path, require_writable, write_together
+from service.cli.output import certificate_path, require_places, write_together
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
@@ -45,11 +45,10 @@ def command(
     options = options_from(assignments, formulation)
     if options.mode != "refine":
         raise InputError("the mode 'measure' is for jobs: use `meshcone measure` here")
-    for path in (out, report, html):
-        if path is not None:
-            require_writable(path)
-    if report is not None:
-        require_writable(certificate_path(report))
+    require_places(
+        (out, report, report and certificate_path(report), html),
+        files_of(source) + files_of(reference),
+    )
     if out.suffix.lower() != source.suffix.lower():
         raise InputError(
             f"the refined mesh has the source's format: its name must end in '{source.suffix}'",

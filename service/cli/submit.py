@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
-from meshcone.local_files import read_local
+from meshcone.local_files import files_of, read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
-from service.cli.output import certificate_path, require_writable, write_together
+from service.cli.output import certificate_path, require_places, write_together
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
@@ -58,9 +58,10 @@ def command(
     options = options_from(assignments)
     if out is not None and options.mode != "refine":
         raise InputError("the mode 'measure' makes no mesh: leave --out away")
-    for path in (out, report, report and certificate_path(report)):
-        if path is not None:
-            require_writable(path)
+    require_places(
+        (out, report, report and certificate_path(report)),
+        files_of(source) + files_of(reference),
+    )
     source_file, reference_file = read_local(source), read_local(reference)
 
     import httpx2

@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
-from meshcone.local_files import read_bytes
+from meshcone.local_files import files_of, read_bytes
 from meshcone.suggestions import did_you_mean, first_cause
 
 
@@ -33,9 +33,13 @@ class Pair:
     reference: Path
 
     def has(self, files: Iterable[Path]) -> bool:
-        """Whether one of these files is its source or its reference."""
-        own = {self.source.resolve(), self.reference.resolve()}
+        """Whether one of these files is its source, its reference or one that they name."""
+        own = {file.resolve() for file in self.files()}
         return any(file.resolve() in own for file in files)
+
+    def files(self) -> list[Path]:
+        """Both meshes and the files beside them that they name."""
+        return files_of(self.source) + files_of(self.reference)
 
 
 def single_pair(source: Path, reference: Path) -> Pair:
