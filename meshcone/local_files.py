@@ -29,6 +29,8 @@ def read_local(path: Path) -> MeshFile:
 
 def files_of(path: Path) -> list[Path]:
     """A mesh on this machine, and the files beside it that :func:`read_local` reads with it."""
+    if not path.is_file():
+        return [path]  # what is read of a pipe here would be missing later
     try:
         with path.open("rb") as file:
             names_files = _is_document(file.read(_BEGINNING))
