@@ -15,9 +15,10 @@ _THREE_BEGINS = "/**\n * @license\n * Copyright 2010-2022 Three.js Authors"
 
 
 def three_js() -> bytes:
-    """three.js (MIT), as trimesh carries it for its own viewer: a script that sets ``THREE``.
+    """three.js r140 (MIT), as trimesh carries it for its own viewer: a script that sets ``THREE``.
 
-    The place is not part of trimesh's public interface; a test looks whether it is still there.
+    The place is not part of trimesh's public interface. So the version of trimesh is bounded, and
+    tests say what is taken. ``docs/architecture.md`` says what else was looked at.
 
     Raises:
         InternalError: it is not.

