@@ -9,6 +9,8 @@ is rebuilt from the files.
 from __future__ import annotations
 
 import io
+import math
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -26,6 +28,10 @@ from meshcone.report.report import Matrix
 from meshcone.surface.arrays import Floats, Ints
 
 _LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
+# Positions hardly shrink: an archive that unpacks to more than this multiple of itself is a bomb.
+_SMALL_ARCHIVE, _LARGEST_RATIO = 1 << 20, 200
+# What Python's parser raises at text that is no header of an array.
+_UNPARSABLE = (SyntaxError, tokenize.TokenError, MemoryError, TypeError, OverflowError)
 # What zipfile and numpy raise at bytes that are no archive of arrays, or a damaged one.
 _UNREADABLE = (
     KeyError,
@@ -131,10 +137,38 @@ def read_certificate(data: bytes, name: str) -> CertificateFile:
 
 def _read_arrays(data: bytes) -> dict[str, Any]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(entry.file_size for entry in archive.infolist()) > _LARGEST_ARCHIVE:
+        entries = archive.infolist()
+        unpacked = sum(entry.file_size for entry in entries)
+        if unpacked > min(_LARGEST_ARCHIVE, _SMALL_ARCHIVE + _LARGEST_RATIO * len(data)):
             raise ValueError("the archive unpacks to more than any certificate holds")
-    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-        return dict(arrays)
+        if len({entry.filename for entry in entries}) < len(entries):
+            raise ValueError("the archive holds two arrays of the same name")
+        for entry in entries:
+            _check_header(archive, entry)
+        return {entry.filename.removesuffix(".npy"): _read(archive, entry) for entry in entries}
+
+
+def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
+    """Compare what an array's header declares with the bytes there are, before reading them."""
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError("the archive is compressed in a way no certificate is")
+    with archive.open(entry) as file:
+        if np.lib.format.read_magic(file) != (1, 0):  # later versions allow headers of 4 GiB
+            raise ValueError("the array's header has another version")
+        try:
+            shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+        except _UNPARSABLE as error:
+            raise ValueError("the array's header cannot be read") from error
+        there = entry.file_size - file.tell()
+    if dtype.kind not in "iufU" or min(shape, default=0) < 0:
+        raise ValueError("the array is of a kind no certificate holds")
+    if math.prod(shape) * dtype.itemsize != there:
+        raise ValueError("the array's header declares other data than there are")
+
+
+def _read(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Any:
+    with archive.open(entry) as file:
+        return np.lib.format.read_array(file, allow_pickle=False)
 
 
 def _multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Ints, Floats]]:
