@@ -8,7 +8,6 @@ from meshcone.options import Options
 from meshcone.program.answer import FinalProgram, RefinedPositions
 from meshcone.program.centroid import centroid_program
 from meshcone.program.conic import assemble, everything
-from meshcone.program.model import solve_centroid_model
 from meshcone.program.multipliers import unflatten
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution
@@ -27,6 +26,9 @@ def refine_centroid(source: Mesh, reference: Mesh, options: Options) -> RefinedP
     started = time.perf_counter()
     objective, caps, copied = centroid_program(source, reference, options)
     if options.centroid.form == "cvxpy":
+        # CVXPY takes longer to import than most refinements to solve.
+        from meshcone.program.model import solve_centroid_model
+
         optimum, multipliers, record = solve_centroid_model(
             objective, caps, certifiable(options.solver), source.vertices
         )
