@@ -6,14 +6,14 @@ from typing import Literal
 
 from pydantic import Field
 
-from meshcone.options.section import NonNegative, Positive, Section
+from meshcone.options.section import NonNegative, Positive, Section, Weight, WeightOrNone
 
 
 class CentroidOptions(Section):
     """The paper's program (section "Mathematical Formulation")."""
 
-    regularization: Positive = Field(0.01, description="Tikhonov weight λ")
-    edge_cap: Positive = Field(0.5, description="cap δ on every edge's length")
+    regularization: Weight = Field(0.01, description="Tikhonov weight λ")
+    edge_cap: Weight = Field(0.5, description="cap δ on every edge's length")
     samples: int = Field(
         10_000, ge=1, le=1_000_000, description="reference samples for the centroid μ"
     )
@@ -27,36 +27,36 @@ class CentroidOptions(Section):
 class SurfaceOptions(Section):
     """The surface program: distances to the reference's surface, both ways."""
 
-    fairness: tuple[NonNegative, ...] = Field(
+    fairness: tuple[WeightOrNone, ...] = Field(
         (3.0, 1.0, 0.3, 0.05, 0.01),
         max_length=50,
         description="weight of the Laplacian in each round; its length is the number of rounds, "
         "and without any the source is returned as it was",
     )
-    tangential: Positive = Field(
+    tangential: Weight = Field(
         0.1, description="weight of tangential against normal distance to the reference"
     )
-    proximity: Positive = Field(0.01, description="weight on the distance to the previous round")
-    reverse: NonNegative = Field(
+    proximity: Weight = Field(0.01, description="weight on the distance to the previous round")
+    reverse: WeightOrNone = Field(
         3.0, description="weight of reference samples pulled from the moving source"
     )
-    noise_scale: Positive = Field(
+    noise_scale: Weight = Field(
         0.5, description="noise over edge length at which the fairness acts in full"
     )
     reverse_from: int = Field(
-        1, ge=0, description="first round, counted from 0, in which reference samples pull"
+        1, ge=0, le=1000, description="first round, counted from 0, in which reference samples pull"
     )
-    reach: Positive = Field(
+    reach: Weight = Field(
         4.0,
         description="how far from the source a reference sample may lie and still pull, in "
         "medians of the source's own distance",
     )
-    fairness_knee: Positive = Field(
+    fairness_knee: Weight = Field(
         3.0,
         description="fairness above this acts in full only where the noise exceeds the "
         "edges by as much",
     )
-    edge_cap: Positive = Field(
+    edge_cap: Weight = Field(
         4.0,
         ge=1.0,
         description="cap on each edge, as a multiple of the longest input edge at either end "
@@ -74,13 +74,19 @@ class SolverOptions(Section):
     )
     certify: bool = Field(True, description="have SCS confirm the last round's optimum")
     certify_limit: int = Field(
-        100_000, ge=0, description="vertices above which SCS is not asked to confirm"
+        100_000,
+        ge=0,
+        le=1_000_000_000,
+        description="vertices above which SCS is not asked to confirm",
     )
     tolerance: Positive = Field(
-        1e-5, description="what no residual of the certificate may exceed; also SCS's tolerance"
+        1e-5,
+        ge=1e-9,
+        le=0.1,
+        description="what no residual of the certificate may exceed; also SCS's tolerance",
     )
     max_iterations: int = Field(1000, ge=1, le=1_000_000, description="iterations per solve")
     linear_solver: Literal["auto", "qdldl", "mkl", "cpu_indirect"] = Field(
         "auto", description="linear system solver inside SCS"
     )
-    time_limit: NonNegative = Field(0.0, description="seconds per solve; 0 means no limit")
+    time_limit: NonNegative = Field(0.0, le=1e6, description="seconds per solve; 0 means no limit")

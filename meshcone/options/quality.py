@@ -16,14 +16,14 @@ class QualityOptions(Section):
         "sobol",
         description="sobol: a scrambled low-discrepancy sequence; random: independent draws",
     )
-    samples: int = Field(5000, ge=16, le=1_000_000, description="samples per surface")
+    samples: int = Field(5000, ge=16, le=200_000, description="samples per surface")
     emd_samples: int = Field(
         1024, ge=16, le=8192, description="samples per surface for the exact earth mover's distance"
     )
     curvature_samples: int = Field(
         512,
         ge=16,
-        le=1_000_000,
+        le=20_000,
         description="samples per surface for the curvature error, of the others",
     )
     intersection_pairs: int = Field(

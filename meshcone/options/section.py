@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Shares and weights relative to one another: beyond these no digits of the others are left.
+Weight = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
+WeightOrNone = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
 
 class Section(BaseModel):

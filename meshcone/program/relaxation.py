@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
-from meshcone.errors import InternalError
+from meshcone.errors import InputError
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
@@ -46,7 +46,7 @@ def solve_relaxation(
         The minimiser (3n,), its gradient below 1e-7 of the objective's linear term.
 
     Raises:
-        InternalError: CG did not converge.
+        InputError: CG did not converge: the weights are too far apart.
     """
     size = len(start)
     gradient = objective.apply(start) + objective.linear
@@ -59,7 +59,10 @@ def solve_relaxation(
         M=preconditioner(objective.diagonal_blocks()),
     )
     if code != 0:
-        raise InternalError("the conjugate gradient method did not converge")
+        raise InputError(
+            "the weights under 'surface' leave a program that cannot be solved to its digits: "
+            "bring 'fairness', 'tangential', 'proximity' and 'reverse' closer together"
+        )
     return np.asarray(start + step)
 
 

@@ -25,6 +25,7 @@ from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
 # a few thousand vertices, narrow enough to stay on one side of most parts.
 BALL_RADIUS = 0.1
 _EDGES_AT_ONCE = 100_000
+_PAIRS_AT_ONCE = 2_000_000  # of a point and an edge: about 150 bytes each
 _SHORT = 0.5  # radii; edges shorter than that are searched together
 
 
@@ -56,16 +57,17 @@ class CurvatureField:
             points: centres of the balls, on the surface.
             radius: of the balls, in the mesh's unit.
         """
-        tree = KDTree(points)
         total = np.zeros(len(points))
         for edges in self._by_length(radius):
             reach = radius + float(self._lengths[edges].max()) / 2
             middles = KDTree(self._middles[edges])
-            near = tree.sparse_distance_matrix(middles, reach, output_type="ndarray")
-            near = near[near["v"] < radius + self._lengths[edges[near["j"]]] / 2]
-            centres, chosen = near["i"], edges[near["j"]]
-            inside = self._inside(chosen, points[centres], near["v"], radius)
-            total += np.bincount(centres, self._angles[chosen] * inside, minlength=len(points))
+            for centres in _blocks(middles, points, reach):
+                tree = KDTree(points[centres])
+                near = tree.sparse_distance_matrix(middles, reach, output_type="ndarray")
+                near = near[near["v"] < radius + self._lengths[edges[near["j"]]] / 2]
+                around, chosen = centres[near["i"]], edges[near["j"]]
+                inside = self._inside(chosen, points[around], near["v"], radius)
+                total += np.bincount(around, self._angles[chosen] * inside, minlength=len(points))
         return total / (2 * np.pi * radius**2)
 
     def _by_length(self, radius: float) -> Iterator[Ints]:
@@ -84,3 +86,12 @@ class CurvatureField:
         high = np.minimum(along + half_chord, half_edge)
         low = np.maximum(along - half_chord, -half_edge)
         return np.asarray(np.maximum(high - low, 0))
+
+
+def _blocks(middles: KDTree, points: Floats, reach: float) -> Iterator[Ints]:
+    """Cut the points into blocks whose balls together meet a bounded number of edges."""
+    if len(points) * middles.n <= _PAIRS_AT_ONCE:
+        yield np.arange(len(points))
+        return
+    met = np.cumsum(middles.query_ball_point(points, reach, return_length=True))
+    yield from np.split(np.arange(len(points)), np.flatnonzero(np.diff(met // _PAIRS_AT_ONCE)) + 1)

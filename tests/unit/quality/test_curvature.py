@@ -102,3 +102,16 @@ def test_a_face_turned_against_its_neighbours_has_no_say() -> None:
     turned = Mesh(flat.vertices, np.concatenate([flat.faces[:1, ::-1], flat.faces[1:]]))
 
     assert field(turned).at(flat.vertices, 1.0) == pytest.approx(0)
+
+
+def test_points_taken_in_blocks_have_the_curvature_they_have_together(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = sphere(3)
+    measured = field(mesh)
+    together = measured.at(mesh.vertices, 0.3)
+    monkeypatch.setattr("meshcone.quality.curvature._PAIRS_AT_ONCE", 500)
+
+    apart = measured.at(mesh.vertices, 0.3)
+
+    assert np.allclose(apart, together, rtol=1e-12)
