@@ -89,4 +89,8 @@ class SolverOptions(Section):
     linear_solver: Literal["auto", "qdldl", "mkl", "cpu_indirect"] = Field(
         "auto", description="linear system solver inside SCS"
     )
-    time_limit: NonNegative = Field(0.0, le=1e6, description="seconds per solve; 0 means no limit")
+    time_limit: NonNegative = Field(
+        0.0,
+        le=1e6,
+        description="seconds for alignment, all rounds and confirmation together; 0: no limit",
+    )

@@ -19,6 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
+from meshcone.deadline import require_time
 from meshcone.program.conic import Constraints
 from meshcone.program.projection import project_dual, projection_derivative
 from meshcone.program.relaxation import PreconditionedObjective, preconditioner
@@ -128,6 +129,7 @@ class _State:
     def minimise(self, penalty: float, tolerance: float) -> int:
         """Minimise φ for the present y; return the number of Newton steps."""
         for step in range(_NEWTON_LIMIT):
+            require_time()
             shifted = self._shifted(penalty)
             projected = project_dual(shifted, self._cones)
             smooth, pull, scale = self._gradient(projected)
@@ -168,6 +170,7 @@ class _State:
         size = len(self.x)
 
         def hessian(d: Floats) -> Floats:
+            require_time()
             curved = self._At @ (derivative @ (self._A @ d))
             return np.asarray(self._product(d) + curved)
 

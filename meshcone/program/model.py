@@ -15,6 +15,7 @@ from pathlib import Path
 import cvxpy as cp
 import numpy as np
 
+from meshcone.deadline import seconds_left
 from meshcone.options import SolverOptions
 from meshcone.program.centroid import CentroidObjective
 from meshcone.program.cones import EdgeCaps
@@ -76,7 +77,7 @@ def solve_centroid_model(
                 eps_abs=options.tolerance,
                 eps_rel=options.tolerance,
                 max_iters=options.max_iterations,
-                time_limit_secs=options.time_limit,
+                time_limit_secs=seconds_left() or options.time_limit,
                 linear_solver=options.linear_solver,
                 log_csv_filename=str(log),
             )

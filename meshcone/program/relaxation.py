@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, cg
 
+from meshcone.deadline import require_time
 from meshcone.errors import InputError
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.vertex_blocks import VertexBlocks
@@ -46,6 +47,7 @@ def solve_relaxation(
         The minimiser (3n,), its gradient below 1e-7 of the objective's linear term.
 
     Raises:
+        SolveTimeoutError: the time allowed is over.
         InputError: CG did not converge: the weights are too far apart.
     """
     size = len(start)
@@ -57,6 +59,7 @@ def solve_relaxation(
         atol=_TIGHT * float(np.linalg.norm(objective.linear)),
         maxiter=_ITERATION_LIMIT,
         M=preconditioner(objective.diagonal_blocks()),
+        callback=lambda _: require_time(),
     )
     if code != 0:
         raise InputError(

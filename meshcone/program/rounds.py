@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from meshcone.deadline import require_time
 from meshcone.errors import InternalError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram, RefinedPositions
@@ -78,6 +79,7 @@ class SurfaceRefiner:
         before, records = self._source.vertices, []
         known: Sequence[Multipliers] = ()
         for index in range(problem.rounds):
+            require_time()
             started = time.perf_counter()
             objective, families = problem.program(index, before)
             if index == 0:
@@ -112,6 +114,7 @@ class SurfaceRefiner:
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""
+        require_time()
         mesh = self._source.moved_to(positions)
         samples = sample_surface(mesh, _SCORING_SAMPLES, self._options.seed)
         there = self._problems.prepared.tree.closest(samples.points).distances.mean()

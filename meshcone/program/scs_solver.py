@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scs
 
+from meshcone.deadline import seconds_left
 from meshcone.errors import InfeasibleError, InternalError, SolveTimeoutError
 from meshcone.options import SolverOptions
 from meshcone.program.conic import ConicProgram
@@ -140,7 +141,7 @@ def _run(
         eps_rel=options.tolerance,
         eps_infeas=infeasibility_tolerance,
         max_iters=options.max_iterations,
-        time_limit_secs=options.time_limit,
+        time_limit_secs=seconds_left() or options.time_limit,
         log_csv_filename=str(log),
         verbose=False,
     )

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from meshcone.deadline import require_time
 from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.surface.closest import SurfaceTree
 from meshcone.surface.mesh import Mesh
@@ -125,6 +126,7 @@ class Registration:
         samples = self._source.points[:_COARSE_SAMPLES]
         found = []
         for start in self._starts(scaled=scaled):
+            require_time()
             matrix, _, _ = trimesh.registration.icp(
                 samples,
                 self._reference.points,
@@ -167,6 +169,7 @@ class Registration:
 
     def _step(self, matrix: Floats, iterations: int, samples: int, *, scaled: bool) -> Floats:
         for _ in range(iterations):
+            require_time()
             step = _gauss_newton_step(self.matches(matrix, samples), scaled=scaled)
             matrix = step @ matrix
             if np.abs(step - np.eye(4)).max() < _SETTLED:

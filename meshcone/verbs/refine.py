@@ -10,6 +10,7 @@ from pathlib import PurePath
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile
 from meshcone.conflict_words import in_words
+from meshcone.deadline import time_allowed
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.gates.judge import judged
@@ -68,8 +69,8 @@ def refine(
         reference: the mesh it should have been; not changed.
         options: resolved options.
         progress: called between stages and rounds.
-        solve_seconds: what a solve may take at most, whatever the options allow. It is the
-            machine's business: report and certificate state the options as they are.
+        solve_seconds: what alignment and solve may take at most, whatever the options allow.
+            It is the machine's business: report and certificate state the options as they are.
 
     Raises:
         InputError, LimitError: a file or a gate cannot be used; the message says which and why.
@@ -82,16 +83,18 @@ def refine(
     tracker.enter("read")
     with watch.stage("read"):
         pair = read_pair(source, reference).under(options)
-    with watch.stage("align"):
-        if options.align != "none":
-            pair = pair.aligned(options.align, options.seed)
-    tracker.enter("solve")
-    with watch.stage("solve"):
-        problem = formulate(pair, _limited(options, solve_seconds))
-        try:
-            solved = solve(problem, tracker.round_done)
-        except ContradictionError as error:
-            raise in_words(error, pair) from None
+    limited = _limited(options, solve_seconds)
+    with time_allowed(limited.solver.time_limit):
+        with watch.stage("align"):
+            if options.align != "none":
+                pair = pair.aligned(options.align, options.seed)
+        tracker.enter("solve")
+        with watch.stage("solve"):
+            problem = formulate(pair, limited)
+            try:
+                solved = solve(problem, tracker.round_done)
+            except ContradictionError as error:
+                raise in_words(error, pair) from None
     tracker.enter("write")
     with watch.stage("write"):
         written = _write(pair, solved)
