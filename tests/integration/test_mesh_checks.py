@@ -297,6 +297,41 @@ def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
     assert checked(portal, checks, mesh, mesh)
 
 
+@pytest.mark.parametrize("stop", [None, signal.SIGSTOP], ids=["waits", "is stopped"])
+def test_a_check_that_does_not_end_is_ended_and_others_go_on(
+    portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe, stop: signal.Signals | None
+) -> None:
+    with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+        running = begun(portal, checks, MeshFiles("p.obj", pipe), mesh)
+        child = pipe.reader(checks)
+        if stop is not None:
+            os.kill(child, stop)
+
+        refusal = running.exception(60)
+
+        assert isinstance(refusal, ProblemError)
+        assert refusal.problem.status == 503
+        wait_for(lambda: has_ended(child))
+        assert checked(portal, checks, mesh, mesh)
+
+
+def test_of_twenty_at_once_two_are_read_and_all_are_answered(
+    portal: BlockingPortal, mesh: MeshFiles, tmp_path: Path
+) -> None:
+    pipes = [Pipe(tmp_path / str(number)) for number in range(CHECKS_AT_ONCE)]
+    with MeshChecks(ServiceSettings()) as checks:
+        first = [begun(portal, checks, MeshFiles("p.obj", pipe), mesh) for pipe in pipes]
+        readers = {pipe.reader(checks) for pipe in pipes}
+        others = [begun(portal, checks, mesh, mesh) for _ in range(20 - CHECKS_AT_ONCE)]
+
+        assert set(children_of(checks.pid)) == readers
+        for pipe in pipes:
+            pipe.give(b"x")
+
+        assert all(isinstance(each.exception(60), InputError) for each in first)
+        assert all(each.result(60) for each in others)
+
+
 _PROGRAM = """
 import sys, time
 from service.api.checking.checks import MeshChecks

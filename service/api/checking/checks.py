@@ -27,7 +27,7 @@ from service.settings import ServiceSettings
 
 CHECKS_AT_ONCE = 2
 _TURN_SECONDS = 30.0
-_SECONDS = 90  # a check may take on a machine that has other things to do
+_CHECK_SECONDS = 90  # on a machine that has other things to do
 _GRACE = 5.0  # seconds beyond, in which the kernel ends a child that is over its time
 _ATTEMPTS = 2
 _INHERITED = ("PATH", "LANG", "TZ", "VIRTUAL_ENV", "SYSTEMROOT")
@@ -58,14 +58,22 @@ class MeshChecks:
     Args:
         settings: of the front end.
         turn_seconds: how long a request waits for others' checks.
+        check_seconds: how long one check may take, whatever it waits for.
     """
 
-    def __init__(self, settings: ServiceSettings, *, turn_seconds: float = _TURN_SECONDS) -> None:
+    def __init__(
+        self,
+        settings: ServiceSettings,
+        *,
+        turn_seconds: float = _TURN_SECONDS,
+        check_seconds: int = _CHECK_SECONDS,
+    ) -> None:
         self._settings = settings
         self._turn_seconds = turn_seconds
+        self._check_seconds = check_seconds
         self._turns = asyncio.Semaphore(CHECKS_AT_ONCE)
         self._threads = CapacityLimiter(CHECKS_AT_ONCE)
-        self._parent = _Parent(settings)
+        self._parent = _Parent(settings, check_seconds)
 
     def __enter__(self) -> Self:
         self._parent.start()
@@ -110,7 +118,7 @@ class MeshChecks:
             try:
                 answer = self._ask(source, reference, options)
             except _NoAnswerError:
-                if time.monotonic() - started >= _SECONDS:
+                if time.monotonic() - started >= self._check_seconds:
                     raise _busy("there was no time to check the files; try again") from None
                 logger.warning("a check of meshes ended without an answer")
             else:
@@ -139,7 +147,7 @@ class MeshChecks:
             for mesh in (source, reference):
                 files += [mesh.file, *mesh.resources.values()]
             descriptors = [_lend(file, lent) for file in files]
-            ours.settimeout(_SECONDS + _GRACE)
+            ours.settimeout(self._check_seconds + _GRACE)
             try:
                 with theirs:
                     self._parent.connect(theirs)
@@ -182,12 +190,8 @@ class MeshChecks:
 class _Parent:
     """The process that forks a child for each check; started again where it has ended."""
 
-    def __init__(self, settings: ServiceSettings) -> None:
-        self._limits = [
-            settings.precheck_memory_bytes,
-            settings.precheck_seconds,
-            _SECONDS,
-        ]
+    def __init__(self, settings: ServiceSettings, check_seconds: int) -> None:
+        self._limits = [settings.precheck_memory_bytes, settings.precheck_seconds, check_seconds]
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
