@@ -15,7 +15,9 @@ class ServiceSettings(WebhookSettings):
     """Settings of the HTTP front end, from ``MESHCONE_*`` environment variables."""
 
     max_upload_bytes: int = Field(
-        default=256 * MEBIBYTE, ge=1, description="size of a whole request, files and all"
+        default=512 * MEBIBYTE,
+        ge=1,
+        description="size of a whole request, both meshes and all their files",
     )
     max_resources: int = Field(
         default=64, ge=0, description="further files one request may bring for its meshes to name"

@@ -56,7 +56,7 @@ class WorkerSettings(BaseSettings):
         description="times a job is started before its worker's death fails it",
     )
     job_memory_bytes: int = Field(
-        default=8 * 1024**3,
+        default=10 * 1024**3,
         ge=0,
         description="memory one job may take beyond what its worker holds; 0 for no limit",
     )

@@ -17,9 +17,10 @@ class Limits(BaseSettings):
     """Caps on one asset, each settable as ``MESHCONE_LIMIT_<NAME>`` in the environment.
 
     The defaults let a mesh of a million vertices with normals and texture coordinates
-    through in either format, and bound what the smallest of pieces can add up to: a file of
-    nothing but line ends or empty chunks needs many times its size in memory. A glTF and
-    the files it names count as one asset.
+    through in either format, which a job has the memory to refine (``docs/deployment.md`` has
+    the figures). They bound what the smallest of pieces can add up to: a file of nothing but
+    line ends or empty chunks needs many times its size in memory. A glTF and the files it
+    names count as one asset.
     """
 
     model_config = SettingsConfigDict(
@@ -30,8 +31,8 @@ class Limits(BaseSettings):
     )
 
     file_bytes: int = Field(256 * _MIB, ge=1, description="the file and its resources together")
-    vertices: int = Field(2_000_000, ge=1, description="vertices as the file stores them")
-    faces: int = Field(4_000_000, ge=1, description="triangles, after polygons are split")
+    vertices: int = Field(1_000_000, ge=1, description="vertices as the file stores them")
+    faces: int = Field(2_000_000, ge=1, description="triangles, after polygons are split")
     lines: int = Field(12_000_000, ge=1, description="lines of a text format")
     header_bytes: int = Field(65_536, ge=1, description="header of a PLY")
     json_bytes: int = Field(128 * _MIB, ge=1, description="JSON text of a glTF, data URIs included")
