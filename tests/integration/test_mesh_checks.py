@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 
+from meshcone.assets import Limits
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.options import Options
@@ -167,7 +168,7 @@ def test_memory_is_bounded_and_what_takes_more_is_refused(
     portal: BlockingPortal, kept: Keep
 ) -> None:
     settings = ServiceSettings(precheck_memory_bytes=64 * MEBIBYTE)
-    hungry = kept(b"v 0 0 0\n" * (8 * MEBIBYTE // 8))
+    hungry = kept(b"v 0 0 0\n" * Limits().vertices)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
     with (
