@@ -168,7 +168,7 @@ def test_memory_is_bounded_and_what_takes_more_is_refused(
     portal: BlockingPortal, kept: Keep
 ) -> None:
     settings = ServiceSettings(precheck_memory_bytes=64 * MEBIBYTE)
-    hungry = kept(b"v 0 0 0\n" * Limits().vertices)
+    hungry = kept(b"v 0 0 0\n" * Limits().vertices + b"f 1 2 3\n" * Limits().faces)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
     with (
