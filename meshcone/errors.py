@@ -42,6 +42,10 @@ class InputError(MeshConeError):
     kind = "input"
 
 
+class ArgumentError(InputError, TypeError):
+    """An argument of a function is of a type that the function does not take."""
+
+
 class LimitError(MeshConeError):
     """The file is larger, deeper or longer than this installation accepts."""
 

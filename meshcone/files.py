@@ -19,8 +19,8 @@ class MeshFile:
     """
 
     name: str
-    data: bytes
-    resources: Mapping[str, bytes] = field(default_factory=dict)
+    data: bytes = field(repr=False)
+    resources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
 
     @cached_property
     def sha256(self) -> str:

@@ -8,6 +8,8 @@ choice where a machine runs one worker per core.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 _THREAD_VARIABLES = (
     "OPENBLAS_NUM_THREADS",
@@ -24,3 +26,18 @@ def use_one_thread() -> None:
     """
     for variable in _THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Have the numeric libraries that are loaded use one thread for a while.
+
+    For a program that imported numpy before it came here. What the environment asks for stays.
+    """
+    from threadpoolctl import threadpool_limits
+
+    if any(variable in os.environ for variable in _THREAD_VARIABLES):
+        yield
+        return
+    with threadpool_limits(limits=1):
+        yield

@@ -95,7 +95,20 @@ def parse_gate_file(name: str, data: bytes, mode: Mode) -> GateFile:
     Raises:
         InputError: it cannot be read, or names what does not exist.
     """
-    document = _read_document(name, data)
+    return parse_gates(_read_document(name, data), mode, name)
+
+
+def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
+    """Validate a gate file's content.
+
+    Args:
+        document: what the file says, as mappings.
+        mode: what the gates are for; see :func:`meshcone.gates.paths.require_known`.
+        name: the file's name, for messages.
+
+    Raises:
+        InputError: it names what does not exist, or asks for nothing.
+    """
     try:
         file = GateFile.model_validate(document)
     except ValidationError as error:
@@ -144,6 +157,8 @@ def _explain(error: ValidationError) -> str:
         if not parents and not hint:
             hint = "; gates stand in a table [gates]"
         return f"unknown key '{last}'{where}{hint}"
+    if first["type"] == "model_type" and "gates" in parents:
+        return f"'{last}'{where}: must be a table of bounds, such as {{ max = 0.01 }}"
     return f"'{last}'{where}: {first['msg'].removeprefix('Value error, ').lower()}"
 
 

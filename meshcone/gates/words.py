@@ -50,6 +50,15 @@ def names_in_words() -> dict[str, str]:
     return {key: name.removesuffix(",") for key, name in _NAMES.items()}
 
 
+def label(status: str, severity: str) -> str:
+    """Name the status of a check; what only warns is written small."""
+    if status == "pass":
+        return "ok"
+    if status == "not_tested":
+        return "NOT TESTED" if severity == "error" else "not tested"
+    return "FAILED" if severity == "error" else "warning"
+
+
 def number(value: float, beside: float | None = None) -> str:
     """Write a number with as few digits as leave it different from the one it stands beside."""
     for digits in range(_LEAST_DIGITS, _MOST_DIGITS + 1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 
 from meshcone.files import MeshFile
@@ -26,8 +26,8 @@ class Measurement:
         scene: what there is to see of it.
     """
 
-    report: MeasureReport
-    scene: Scene
+    report: MeasureReport = field(repr=False)
+    scene: Scene = field(repr=False)
 
 
 def measure(source: MeshFile, reference: MeshFile, options: Options) -> MeasureReport:

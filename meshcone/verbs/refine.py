@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import PurePath
 
@@ -48,11 +48,11 @@ class Refinement:
     """
 
     name: str
-    data: bytes
+    data: bytes = field(repr=False)
     media_type: str
-    report: Report
-    certificate: bytes | None
-    scene: Scene
+    report: Report = field(repr=False)
+    certificate: bytes | None = field(repr=False)
+    scene: Scene = field(repr=False)
 
 
 def refine(

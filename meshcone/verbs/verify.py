@@ -51,11 +51,27 @@ class Check:
     words: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verification:
-    """All checks of one refinement."""
+    """All checks of one refinement; true if every one holds."""
 
     checks: tuple[Check, ...]
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __str__(self) -> str:
+        return "\n".join(
+            f"{'ok' if check.ok else 'FAILED':<7}{check.name:<15} {check.words}"
+            for check in self.checks
+        )
+
+    def __repr__(self) -> str:
+        failed = [check.name for check in self.checks if not check.ok]
+        if not failed:
+            return f"<Verification ok: {len(self.checks)} checks>"
+        count = f"{len(failed)} of {len(self.checks)} checks"
+        return f"<Verification FAILED: {count}: {', '.join(failed)}>"
 
     @property
     def ok(self) -> bool:

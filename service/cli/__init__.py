@@ -1,5 +1,10 @@
 """The command line: one module a command, put together here."""
 
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
 from service.cli import (
     api,
     demo,
@@ -18,11 +23,34 @@ from service.cli.boundary import CommandLine
 
 app = CommandLine(
     name="meshcone",
-    help="Refine a mesh against a reference, with proof that the answer is optimal.",
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
 )
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"meshcone {version('meshcone')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=_show_version,
+            is_eager=True,
+            help="Print the version and exit.",
+            show_default=False,
+        ),
+    ] = False,
+) -> None:
+    """Refine a mesh against a reference, with proof that the answer is optimal."""
+
+
 app.command("demo")(demo.command)
 app.command("refine")(refine.command)
 app.command("measure")(measure.command)

@@ -16,7 +16,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from service.cli.output import certificate_path, write_together
+from meshcone.outputs import certificate_path, write_together
 
 if TYPE_CHECKING:
     from service.demo.display import Display

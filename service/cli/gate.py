@@ -10,9 +10,9 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.local_files import read_bytes
+from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
-from service.cli.output import require_places, write_together
 
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.output import write_together
+from meshcone.outputs import write_together
 
 
 def command(

@@ -9,8 +9,8 @@ import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
+from meshcone.outputs import certificate_path, require_places, write_together
 from service.cli.arguments import Assignments, Reference, Source, options_from
-from service.cli.output import certificate_path, require_places, write_together
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:

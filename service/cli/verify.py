@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from meshcone.local_files import read_bytes, read_local
-from service.cli.output import certificate_path
+from meshcone.outputs import certificate_path
 
 _FAILED = 1  # exit code
 
@@ -45,6 +45,5 @@ def command(
         read_local(reference),
         read_local(refined),
     )
-    for check in verification.checks:
-        typer.echo(f"{'ok' if check.ok else 'FAILED':<7}{check.name:<15} {check.words}")
+    typer.echo(str(verification))
     return 0 if verification.ok else _FAILED

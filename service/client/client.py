@@ -21,6 +21,7 @@ from typing import Any, Self
 import httpx2
 
 from meshcone.files import MeshFile
+from meshcone.library.inputs import MeshLike, load_unread
 from service.api.schemas import JOBS_PATH, Job, JobList, NamedBlob, job_path
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
@@ -93,8 +94,8 @@ class Client:
 
     def submit(
         self,
-        source: MeshFile | NamedBlob,
-        reference: MeshFile | NamedBlob,
+        source: MeshLike | NamedBlob,
+        reference: MeshLike | NamedBlob,
         options: Mapping[str, Any] | None = None,
         *,
         source_resources: Iterable[MeshFile | NamedBlob] = (),
@@ -109,7 +110,8 @@ class Client:
         Two files of one name are two files as long as they belong to different meshes.
 
         Args:
-            source: the mesh, with the resources it has, or what :meth:`upload` has made of it.
+            source: the mesh, as :func:`meshcone.refine` takes it, with the resources it has; or
+                what :meth:`upload` has made of it.
             reference: the mesh it should have been, likewise.
             options: those that are not to be the default.
             source_resources: further files that the source names, such as uploaded ones.
@@ -128,7 +130,8 @@ class Client:
         ]
         if webhook is not None:
             parts.append(("webhook", (None, webhook)))
-        for side, file in (("source", source), ("reference", reference)):
+        for side, mesh in (("source", source), ("reference", reference)):
+            file = mesh if isinstance(mesh, NamedBlob) else load_unread(mesh, side)
             parts.append((side, _content(file)))
             if isinstance(file, MeshFile):
                 parts += [(f"{side}_resources", each) for each in file.resources.items()]

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from meshcone.gates.records import GateCheck
 from meshcone.gates.results import AssetResult, GateRun
+from meshcone.gates.words import label
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -67,7 +67,7 @@ def summary_table(run: GateRun) -> Table:
 def check_lines(asset: AssetResult) -> Iterator[str]:
     """A line for each check of an asset."""
     for check in asset.checks():
-        yield f"{_label(check):<11} {check.words}"
+        yield f"{label(check.status, check.severity):<11} {check.words}"
 
 
 def finding_lines(run: GateRun) -> Iterator[str]:
@@ -75,21 +75,13 @@ def finding_lines(run: GateRun) -> Iterator[str]:
     for asset in run.assets:
         for check in asset.checks():
             if check.status != "pass":
-                yield f"{_label(check):<11} {asset.name}: {check.words}"
+                yield f"{label(check.status, check.severity):<11} {asset.name}: {check.words}"
 
 
 def closing_line(run: GateRun) -> str:
     """How many assets ended how."""
     ends = ", ".join(f"{number} {_shown(name)}" for name, number in run.counts.items() if number)
     return f"{len(run.assets)} {'asset' if len(run.assets) == 1 else 'assets'}: {ends}"
-
-
-def _label(check: GateCheck) -> str:
-    if check.status == "pass":
-        return "ok"
-    if check.status == "not_tested":
-        return "NOT TESTED" if check.severity == "error" else "not tested"
-    return "FAILED" if check.severity == "error" else "warning"
 
 
 def _shown(ending: str) -> str:

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -213,6 +214,12 @@ def test_an_existing_file_survives_a_refusal(directory: Path) -> None:
 
 def test_an_unknown_command_is_told_in_one_line(directory: Path) -> None:
     assert_refused(meshcone(directory, "bogus"), "No such command")
+
+
+def test_it_states_its_version(directory: Path) -> None:
+    answer = meshcone(directory, "--version")
+
+    assert (answer.returncode, answer.stdout) == (0, f"meshcone {version('meshcone')}\n")
 
 
 def test_without_arguments_it_shows_its_help(directory: Path) -> None:

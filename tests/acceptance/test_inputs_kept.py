@@ -53,7 +53,7 @@ def assert_kept(directory: Path, place: str, *arguments: str) -> None:
 
     assert done.returncode == 2, done.stdout
     assert done.stderr == (
-        f"meshcone: {place}: it is read by this command and would be overwritten: "
+        f"meshcone: {place}: it is an input and would be overwritten: "
         "choose another name for what is written\n"
     )
     assert contents(directory) == before

@@ -40,7 +40,7 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
 
     Args:
         outputs: where files are to be written; None is left out.
-        inputs: what the command reads, under whatever name or link.
+        inputs: what was read or will be, under whatever name or link.
 
     Raises:
         InputError: a directory does not exist or is in a file's place, two files have the same
@@ -60,7 +60,7 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
         for path in existing:
             if own.exists() and path.samefile(own):
                 raise InputError(
-                    "it is read by this command and would be overwritten: choose another name "
+                    "it is an input and would be overwritten: choose another name "
                     "for what is written",
                     file=str(path),
                 )

@@ -1,0 +1,136 @@
+"""Arrays and trimesh's objects as the files that the engine reads and writes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meshcone.errors import ArgumentError, InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from meshcone.surface.arrays import Floats, Ints
+
+# GLB keeps single precision. Positions that it would move farther than this share of the
+# mesh's size are too far from the origin for it.
+_COARSEST = 1e-5
+
+# Name and data of a file, its resources, its path, and the Trimesh it stands for.
+_Parts = tuple[str, bytes, dict[str, bytes], None, Any]
+
+
+def from_arrays(vertices: ArrayLike, faces: ArrayLike, name: str) -> _Parts:
+    """Write arrays as an OBJ file, with every digit.
+
+    Raises:
+        InputError: they do not make a mesh; the message says which entry is wrong.
+    """
+    import trimesh
+
+    points, corners = _vertices(vertices, name), _faces(faces, name)
+    _require_corners(corners, len(points), name)
+    mesh = trimesh.Trimesh(points, corners, process=False, validate=False)
+    return f"{name}.obj", _obj(points, corners), {}, None, mesh
+
+
+def from_trimesh(mesh: Any, name: str) -> _Parts:
+    """Write a ``Trimesh`` without materials as OBJ, anything else that is a mesh as GLB.
+
+    Raises:
+        ArgumentError: it is neither a ``Trimesh`` nor a ``Scene``.
+        InputError: it is empty, or its positions do not fit the format.
+    """
+    import trimesh
+
+    if isinstance(mesh, trimesh.Trimesh):
+        parts = from_arrays(mesh.vertices, mesh.faces, name)
+        if not mesh.visual.defined:
+            return (*parts[:4], mesh.copy())
+        _require_precision(mesh, name)
+        return f"{name}.glb", mesh.export(file_type="glb"), {}, None, mesh.copy()
+    if isinstance(mesh, trimesh.Scene):
+        meshes = [each for each in mesh.geometry.values() if isinstance(each, trimesh.Trimesh)]
+        if not meshes:
+            raise InputError("the scene has no meshes", file=name)
+        for each in meshes:
+            from_arrays(each.vertices, each.faces, name)
+            _require_precision(each, name)
+        return f"{name}.glb", mesh.export(file_type="glb"), {}, None, None
+    raise ArgumentError(
+        f"expected a trimesh.Trimesh or trimesh.Scene, found a trimesh {type(mesh).__name__}",
+        file=name,
+    )
+
+
+def _vertices(given: ArrayLike, name: str) -> Floats:
+    try:
+        vertices = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("the vertices are no (n, 3) array of numbers", file=name) from None
+    if vertices.size == 0:
+        raise InputError("the mesh has no vertices", file=name)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InputError(
+            f"the vertices must have the shape (n, 3), found {vertices.shape}", file=name
+        )
+    wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(wrong):
+        place = f"vertex {wrong[0]}"
+        raise InputError(
+            f"{_coordinates(vertices[wrong[0]])} is not finite", file=name, place=place
+        )
+    return vertices
+
+
+def _coordinates(vertex: Floats) -> str:
+    return f"({', '.join(f'{value:g}' for value in vertex)})"
+
+
+def _faces(given: ArrayLike, name: str) -> Ints:
+    try:
+        faces = np.asarray(given)
+    except ValueError:
+        raise InputError(
+            "the faces are no array: all of them must have as many corners", file=name
+        ) from None
+    if faces.size == 0:
+        raise InputError("the mesh has no faces", file=name)
+    if faces.ndim != 2 or faces.shape[1] not in (3, 4):
+        raise InputError(
+            f"the faces must have the shape (m, 3) or (m, 4), found {faces.shape}", file=name
+        )
+    if faces.dtype.kind not in "iu":
+        raise InputError(f"the faces must be integers, found {faces.dtype}", file=name)
+    return faces.astype(np.int64)
+
+
+def _require_corners(faces: Ints, vertices: int, name: str) -> None:
+    wrong = np.flatnonzero(((faces < 0) | (faces >= vertices)).any(axis=1))
+    if len(wrong):
+        corners = ", ".join(map(str, faces[wrong[0]]))
+        raise InputError(
+            f"the corners ({corners}) are not all among the {vertices:,} vertices, "
+            "which are counted from 0",
+            file=name,
+            place=f"face {wrong[0]}",
+        )
+
+
+def _require_precision(mesh: Any, name: str) -> None:
+    stored = mesh.vertices.astype(np.float32).astype(np.float64)
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    moved = float(np.abs(stored - mesh.vertices).max())
+    if not moved <= _COARSEST * size:  # also where single precision ends in infinity
+        raise InputError(
+            f"single precision, which GLB stores, would move vertices by {moved:.2g} of a mesh "
+            f"of size {size:.2g}: move the mesh to the origin, or leave out its materials",
+            file=name,
+        )
+
+
+def _obj(vertices: Floats, faces: Ints) -> bytes:
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [f"f {' '.join(map(str, face))}" for face in (faces + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()

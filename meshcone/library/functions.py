@@ -1,0 +1,231 @@
+"""The verbs as functions: refine, measure, gate and verify."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from meshcone.errors import ArgumentError, InputError
+from meshcone.gates.files import parse_gate_file, parse_gates
+from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
+from meshcone.library.keywords import OptionKeywords, options_from, plain
+from meshcone.library.results import Measured, Refined, Verdict
+from meshcone.local_files import read_bytes
+from meshcone.outputs import certificate_path
+from meshcone.threads import one_thread
+
+if TYPE_CHECKING:
+    from meshcone.options import Mode, Options
+    from meshcone.progress import ProgressCallback
+    from meshcone.verbs.verify import Verification
+
+Gates = Mapping[str, Any] | str | os.PathLike[str]
+
+
+def refine(
+    source: MeshLike,
+    reference: MeshLike,
+    *,
+    gates: Mapping[str, Any] | None = None,
+    progress: ProgressCallback | None = None,
+    **options: Unpack[OptionKeywords],
+) -> Refined:
+    """Move the vertices of ``source`` towards the surface of ``reference``.
+
+    The result is that of ``meshcone refine``, byte for byte.
+
+    Args:
+        source: the mesh to refine: a path (``.obj``, ``.glb``, ``.gltf``), ``(name, bytes)``,
+            a ``trimesh.Trimesh`` or ``Scene``, ``(vertices, faces)``, or what
+            :func:`meshcone.load` or another call returned.
+        reference: the mesh it should have been, likewise; a file may also be ``.ply``,
+            ``.stl`` or ``.off``.
+        gates: bounds on values of the report, as in ``docs/gates.md``; the verdict is in
+            ``.report.gates``.
+        progress: called between stages and rounds with a ``meshcone.progress.Progress``.
+        **options: those of ``docs/options.md``: ``effort="fast"``, and a mapping for what
+            has a dot there: ``surface={"edge_cap": 3}``.
+
+    Returns:
+        A result with ``.mesh``, ``.data``, ``.report``, ``.certificate`` and ``.save(path)``.
+
+    Raises:
+        meshcone.errors.InputError: a file, an array, an option or a gate cannot be used.
+        meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
+        meshcone.errors.LimitError: a mesh is larger than this installation accepts.
+        meshcone.errors.InfeasibleError: the constraints contradict each other.
+        meshcone.errors.SolveTimeoutError: ``solver={"time_limit": …}`` passed.
+    """
+    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
+    resolved = options_from(given, "refine")
+    return refine_loaded(
+        load_unread(source, "source"), load_unread(reference, "reference"), resolved, progress
+    )
+
+
+def refine_loaded(
+    source: LoadedMesh,
+    reference: LoadedMesh,
+    options: Options,
+    progress: ProgressCallback | None = None,
+) -> Refined:
+    """Refine as :func:`refine` does, with what it has made of its arguments."""
+    from meshcone.verbs.refine import refine as run  # 2.5 s, not to be paid for a mistyped name
+
+    with one_thread():
+        return Refined(source, reference, run(source, reference, options, progress=progress))
+
+
+def measure(
+    source: MeshLike,
+    reference: MeshLike,
+    *,
+    gates: Mapping[str, Any] | None = None,
+    **options: Unpack[OptionKeywords],
+) -> Measured:
+    """Measure ``source`` against ``reference``; nothing is moved.
+
+    Args:
+        source: a mesh in any form that :func:`refine` takes.
+        reference: the mesh it should be, likewise.
+        gates: as in :func:`refine`.
+        **options: as in :func:`refine`; those of sampling and metrics matter here.
+
+    Returns:
+        A result with ``.report``.
+
+    Raises:
+        meshcone.errors.InputError: a file, an array, an option or a gate cannot be used.
+        meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
+        meshcone.errors.LimitError: a mesh is larger than this installation accepts.
+    """
+    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
+    resolved = options_from(given, "measure")
+    return _measured(load_unread(source, "source"), load_unread(reference, "reference"), resolved)
+
+
+def _measured(source: LoadedMesh, reference: LoadedMesh, options: Options) -> Measured:
+    from meshcone.verbs.measure import measurement
+
+    with one_thread():
+        return Measured(source, reference, measurement(source, reference, options))
+
+
+def gate(
+    source: MeshLike,
+    reference: MeshLike,
+    *,
+    gates: Gates,
+    refine: bool = False,
+    name: str | None = None,
+    **options: Unpack[OptionKeywords],
+) -> Verdict:
+    """Hold ``source`` against ``reference`` and give a verdict, as ``meshcone gate`` does.
+
+    Args:
+        source: a mesh in any form that :func:`refine` takes.
+        reference: the mesh it should be, likewise.
+        gates: path of a gate file; or its content as a mapping; or only the bounds:
+            ``{"point_to_surface.max": {"max": 0.01}}``.
+        refine: gate what refining ``source`` leads to, not ``source`` itself.
+        name: what the classes of a gate file know the asset by; by default, the path or file
+            name of ``source``.
+        **options: as in :func:`refine`.
+
+    Returns:
+        A verdict with ``.passed``, ``.checks`` and ``.report``, which is true if all is well.
+
+    Raises:
+        meshcone.errors.InputError: a file, an array, an option or a gate cannot be used.
+        meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
+        meshcone.errors.LimitError: a mesh is larger than this installation accepts.
+        meshcone.errors.InfeasibleError: ``refine`` is true and the constraints contradict each
+            other.
+    """
+    mode: Mode = "refine" if refine else "measure"
+    resolved = options_from(options, mode)
+    if resolved.gates:
+        raise InputError("'gates' is given twice")
+    asset = load_unread(source, "source")
+    if name is None:
+        name = asset.name if asset.path is None else asset.path.as_posix()
+    table = _gate_file(gates, mode).for_asset(name)
+    resolved = resolved.model_copy(update={"gates": dict(table)})
+    held = load_unread(reference, "reference")
+    if refine:
+        return Verdict(refine_loaded(asset, held, resolved))
+    return Verdict(_measured(asset, held, resolved))
+
+
+def _gate_file(gates: Gates, mode: Mode) -> Any:
+    if isinstance(gates, str | os.PathLike):
+        path = Path(gates)
+        return parse_gate_file(path.name, read_bytes(path), mode)
+    if not isinstance(gates, Mapping):
+        kind = type(gates).__name__
+        raise ArgumentError(f"'gates' must be a path or a mapping, found a value of type {kind}")
+    # No value of a report has such a name.
+    is_file = bool(gates.keys() & {"gates", "classes"})
+    return parse_gates(plain(gates if is_file else {"gates": gates}), mode)
+
+
+def verify(
+    result: Refined | str | os.PathLike[str],
+    *,
+    source: MeshLike | None = None,
+    reference: MeshLike | None = None,
+    refined: MeshLike | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+) -> Verification:
+    """Check, without a solver, that a refined mesh is the optimum its inputs lead to.
+
+    Args:
+        result: what :func:`refine` returned, which has all that is needed; or the path of a
+            report, and then the three meshes are needed too.
+        source: the mesh that was refined.
+        reference: its reference.
+        refined: the mesh that came of it.
+        certificate: path of the certificate file; by default beside the report.
+
+    Returns:
+        The checks, ``.ok`` if all hold; it is true then.
+
+    Raises:
+        meshcone.errors.InputError: a file cannot be read, or there is no certificate because
+            the input was kept as it was.
+        meshcone.errors.ArgumentError: a mesh is missing.
+    """
+    from meshcone.files import MeshFile
+    from meshcone.verbs.verify import read_report
+    from meshcone.verbs.verify import verify as check
+
+    given = {"source": source, "reference": reference, "refined": refined}
+    if isinstance(result, Refined):
+        if result.certificate is None:
+            raise InputError(
+                "the result has no certificate: the input was kept as it was", file=result.name
+            )
+        report, stored = result.report, MeshFile("certificate", result.certificate)
+        own = {"source": result.source, "reference": result.reference, "refined": result}
+        given = {name: own[name] if mesh is None else mesh for name, mesh in given.items()}
+    elif isinstance(result, str | os.PathLike):
+        path = Path(result)
+        report = read_report(read_bytes(path), path.name)
+        place = certificate_path(path) if certificate is None else Path(certificate)
+        stored = MeshFile(place.name, read_bytes(place))
+    else:
+        raise ArgumentError(
+            "expected a result of meshcone.refine or the path of a report, found a value of type "
+            f"{type(result).__name__}"
+        )
+    files = [_required(mesh, name) for name, mesh in given.items()]
+    with one_thread():
+        return check(report, stored, *files)
+
+
+def _required(mesh: MeshLike | None, name: str) -> LoadedMesh:
+    if mesh is None:
+        raise ArgumentError(f"'{name}' is missing: a report on its own does not hold the mesh")
+    return load_unread(mesh, name)

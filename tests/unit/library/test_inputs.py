@@ -1,0 +1,150 @@
+"""What may be given as a mesh, and what is said of anything else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+import meshcone
+from meshcone.errors import ArgumentError, InputError
+from tests import shapes
+from tests.unit.library.meshes import FACES, ROUGH, rough
+
+OBJ = shapes.obj(ROUGH, FACES)
+NAN = np.where(np.arange(len(ROUGH))[:, None] == 3, np.nan, ROUGH)
+COUNT = len(ROUGH)
+
+
+def test_a_path_is_read_with_the_buffers_beside_it(tmp_path: Path) -> None:
+    document, buffer = shapes.gltf(ROUGH, FACES, "ball.bin")
+    (tmp_path / "ball.gltf").write_bytes(document)
+    (tmp_path / "ball.bin").write_bytes(buffer)
+
+    mesh = meshcone.load(str(tmp_path / "ball.gltf"))
+
+    assert mesh.name == "ball.gltf"
+    assert mesh.resources == {"ball.bin": buffer}
+    assert mesh.mesh.vertices.shape == (COUNT, 3)
+
+
+def test_bytes_come_with_a_name() -> None:
+    mesh = meshcone.load(("ball.obj", OBJ))
+
+    assert (mesh.name, mesh.data) == ("ball.obj", OBJ)
+
+
+def test_a_name_of_the_callers_takes_the_place_of_its_own() -> None:
+    assert meshcone.load(("ball.obj", OBJ), name="scan.obj").name == "scan.obj"
+
+
+def test_arrays_keep_every_digit_and_their_order() -> None:
+    mesh = meshcone.load((ROUGH, FACES)).mesh
+
+    assert mesh.vertices.tobytes() == ROUGH.tobytes()
+    assert mesh.faces.tobytes() == FACES.tobytes()
+
+
+def test_a_mesh_that_was_loaded_stays_what_it_was_when_the_original_changes() -> None:
+    given, vertices = rough(), ROUGH.copy()
+    loaded = [meshcone.load(given), meshcone.load((vertices, FACES))]
+
+    given.vertices += 1
+    vertices += 1
+
+    assert [each.mesh.vertices.tobytes() for each in loaded] == [ROUGH.tobytes()] * 2
+
+
+def test_faces_with_four_corners_stay_polygons() -> None:
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+    mesh = meshcone.load((square, [[0, 1, 2, 3]]))
+
+    assert mesh.data.endswith(b"\nf 1 2 3 4\n")
+    assert mesh.mesh.faces.shape == (2, 3)
+
+
+def test_a_scene_keeps_its_geometries() -> None:
+    box = trimesh.creation.box()
+    box.apply_translation([5, 0, 0])
+
+    mesh = meshcone.load(trimesh.Scene({"ball": rough(), "box": box}))
+
+    assert set(mesh.scene.geometry) == {"ball", "box"}
+    assert len(mesh.mesh.faces) == len(FACES) + 12
+
+
+def test_colours_are_kept() -> None:
+    mesh = rough()
+    mesh.visual.vertex_colors = np.tile([255, 0, 0, 255], (COUNT, 1))
+
+    loaded = meshcone.load(mesh)
+
+    assert loaded.name == "mesh.glb"
+    [geometry] = loaded.scene.geometry.values()
+    assert geometry.visual.kind == "vertex"
+
+
+def test_colours_far_from_the_origin_are_refused_for_single_precision_would_tear_the_mesh() -> None:
+    mesh = rough()
+    mesh.visual.vertex_colors = np.tile([255, 0, 0, 255], (COUNT, 1))
+    mesh.vertices += [1e6, 0, 0]
+
+    with pytest.raises(InputError, match="move the mesh to the origin, or leave out its materials"):
+        meshcone.load(mesh)
+
+
+def test_its_repr_is_short() -> None:
+    assert repr(meshcone.load(("ball.obj", OBJ))) == f"<LoadedMesh ball.obj: {len(OBJ):,} bytes>"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (3, "found a value of type int"),
+        (None, "found a value of type NoneType"),
+        ([1, 2, 3], "found a list of 3: int, int, int"),
+        (ROUGH, f"found one ndarray of shape ({COUNT}, 3)"),
+        (rough().vertices, f"found one TrackedArray of shape ({COUNT}, 3)"),
+        (("a", "b"), "found a tuple of 2: str, str"),
+        (OBJ, 'bytes need a file name, which tells their format: give ("mesh.glb", data)'),
+        (trimesh.PointCloud(ROUGH), "found a trimesh PointCloud"),
+    ],
+)
+def test_what_is_no_mesh_is_a_type_error_that_says_what_is(given: Any, said: str) -> None:
+    with pytest.raises(ArgumentError) as error:
+        meshcone.refine(given, rough())
+
+    assert isinstance(error.value, TypeError)
+    assert isinstance(error.value, InputError)
+    assert str(error.value).startswith("source: ")
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((ROUGH[:, :2], FACES), f"the vertices must have the shape (n, 3), found ({COUNT}, 2)"),
+        ((["x"], FACES), "the vertices are no (n, 3) array of numbers"),
+        (([], []), "the mesh has no vertices"),
+        ((NAN, FACES), "vertex 3: (nan, nan, nan) is not finite"),
+        ((ROUGH, []), "the mesh has no faces"),
+        ((ROUGH, FACES[:, :2]), f"must have the shape (m, 3) or (m, 4), found ({len(FACES)}, 2)"),
+        ((ROUGH, FACES * 1.0), "the faces must be integers, found float64"),
+        ((ROUGH, [[0, 1], [1, 2, 3]]), "all of them must have as many corners"),
+        ((ROUGH, [[0, 1, COUNT]]), f"face 0: the corners (0, 1, {COUNT}) are not all among"),
+        ((ROUGH, [[0, 1, -1]]), "face 0: the corners (0, 1, -1) are not all among"),
+        (trimesh.Trimesh(), "the mesh has no vertices"),
+        (trimesh.Scene(), "the scene has no meshes"),
+        ("absent.obj", "absent.obj: cannot be read: no such file or directory"),
+        (("a.glb", b"xx"), "a.glb, byte 0: the file does not start with 'glTF'"),
+    ],
+)
+def test_a_mesh_that_cannot_be_used_is_an_input_error_that_says_why(given: Any, said: str) -> None:
+    with pytest.raises(InputError) as error:
+        meshcone.load(given)
+
+    assert said in str(error.value)
