@@ -29,8 +29,7 @@ def from_arrays(vertices: ArrayLike, faces: ArrayLike, name: str) -> _Parts:
     """
     import trimesh
 
-    points, corners = _vertices(vertices, name), _faces(faces, name)
-    _require_corners(corners, len(points), name)
+    points, corners = _checked(vertices, faces, name)
     mesh = trimesh.Trimesh(points, corners, process=False, validate=False)
     return f"{name}.obj", _obj(points, corners), {}, None, mesh
 
@@ -45,9 +44,9 @@ def from_trimesh(mesh: Any, name: str) -> _Parts:
     import trimesh
 
     if isinstance(mesh, trimesh.Trimesh):
-        parts = from_arrays(mesh.vertices, mesh.faces, name)
+        points, corners = _checked(mesh.vertices, mesh.faces, name)
         if not mesh.visual.defined:
-            return (*parts[:4], mesh.copy())
+            return f"{name}.obj", _obj(points, corners), {}, None, mesh.copy()
         _require_precision(mesh, name)
         return f"{name}.glb", mesh.export(file_type="glb"), {}, None, mesh.copy()
     if isinstance(mesh, trimesh.Scene):
@@ -55,13 +54,19 @@ def from_trimesh(mesh: Any, name: str) -> _Parts:
         if not meshes:
             raise InputError("the scene has no meshes", file=name)
         for each in meshes:
-            from_arrays(each.vertices, each.faces, name)
+            _checked(each.vertices, each.faces, name)
             _require_precision(each, name)
         return f"{name}.glb", mesh.export(file_type="glb"), {}, None, None
     raise ArgumentError(
         f"expected a trimesh.Trimesh or trimesh.Scene, found a trimesh {type(mesh).__name__}",
         file=name,
     )
+
+
+def _checked(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Floats, Ints]:
+    points, corners = _vertices(vertices, name), _faces(faces, name)
+    _require_corners(corners, len(points), name)
+    return points, corners
 
 
 def _vertices(given: ArrayLike, name: str) -> Floats:

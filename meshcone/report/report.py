@@ -137,6 +137,11 @@ class MeasureReport(_Record):
     warnings: list[str]
     timings: Timings
 
+    def __repr__(self) -> str:
+        return _in_a_line(self)
+
+    __str__ = __repr__
+
 
 class Report(_Record):
     """Everything a refinement says of itself."""
@@ -158,6 +163,18 @@ class Report(_Record):
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[str]
     timings: Timings
+
+    def __repr__(self) -> str:
+        return _in_a_line(self)
+
+    __str__ = __repr__
+
+
+def _in_a_line(report: MeasureReport | Report) -> str:
+    # The whole of it fills screens, in a notebook and in a failed test.
+    names = report.inputs.source.name, report.inputs.reference.name
+    sections = ", ".join(name.rstrip("_") for name in type(report).model_fields)
+    return f"<{type(report).__name__} {' → '.join(names)}: {report.outcome}; has {sections}>"
 
 
 def diagnostics_csv(solver: SolverReport) -> str:

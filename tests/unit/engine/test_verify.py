@@ -243,7 +243,7 @@ def test_a_stored_point_that_is_elsewhere_fails(capped: Evidence, array: str) ->
 
 def test_a_tolerance_that_proves_nothing_is_not_accepted(capped: Evidence) -> None:
     which, values = capped.certificate.multipliers["max_displacement"]
-    options = parse_options({**CAPPED, "solver": {"tolerance": 1.0}})
+    options = parse_options({**CAPPED, "solver": {"tolerance": 0.1}})
     loose = capped.with_options(options).with_certificate(
         multipliers={"max_displacement": (which, 0.5 * values)}
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 from html import unescape
 from pathlib import Path
@@ -63,7 +64,19 @@ def test_reprs_are_short(result: meshcone.Refined) -> None:
         repr(result),
     )
     assert repr(verdict) == "<Verdict ok: source.refined.obj: 1 of 1 checks passed>"
-    assert all(len(repr(each)) < 300 for each in (result.done, result.file, verdict.result))
+    others = (result.done, result.file, result.report, verdict.result, verdict.report)
+    assert all(len(repr(each)) < 300 for each in others)
+    assert str(result.report).startswith("<Report source.obj → reference.obj: improved; has schema")
+
+
+def test_a_result_goes_from_one_process_to_another(result: meshcone.Refined) -> None:
+    result.mesh.fill_holes()  # what it keeps for itself goes along
+
+    copy = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
+
+    assert (copy.data, copy.certificate) == (result.data, result.certificate)
+    assert copy.report == result.report
+    assert meshcone.verify(copy)
 
 
 def test_it_is_shown_in_a_notebook_as_the_offline_report_in_a_frame(
