@@ -1,4 +1,4 @@
-"""The service under load; see service_benchmark.py."""
+"""The service under load (service_benchmark.py) or, with ``accepting``, its 202 alone."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ if __name__ == "__main__":
     import service.stack  # noqa: F401
 
     sys.path.append(here)
+    if sys.argv[1:2] == ["accepting"]:
+        from service_accepting import main
+
+        sys.exit(main(sys.argv[2:]))
     from service_benchmark import main
 
     sys.exit(main())
