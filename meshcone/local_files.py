@@ -73,6 +73,6 @@ def _named_files(data: bytes) -> Iterator[str]:
     for buffer in buffers if isinstance(buffers, list) else ():
         uri = buffer.get("uri") if isinstance(buffer, dict) else None
         if isinstance(uri, str) and not uri.startswith("data:"):
-            name = unquote(uri)
+            name = unquote(uri).removeprefix("./")
             if name == Path(name).name and "\0" not in name:
                 yield name

@@ -40,6 +40,18 @@ def textures() -> Folders:
     return textured(new, b"red"), textured(old, b"green")
 
 
+def spelled_otherwise() -> Folders:
+    """The buffers' names as exporters write them: from the file's own folder, percent-encoded."""
+
+    def renamed(folder: Folder) -> Folder:
+        document = json.loads(folder["a.gltf"])
+        document["buffers"][0]["uri"] = "./a%20buffer.bin"
+        return {"a.gltf": json.dumps(document).encode(), "a buffer.bin": folder["a.bin"]}
+
+    new, old = buffers()
+    return renamed(new), renamed(old)
+
+
 def materials() -> Folders:
     """OBJ files that differ, with a material library of one name each."""
     vertices, faces = shapes.sphere(2)
@@ -60,6 +72,7 @@ def one_file_twice() -> Folders:
 
 CASES: dict[str, tuple[Callable[[], Folders], str]] = {
     "buffers": (buffers, "fail"),
+    "buffers spelled otherwise": (spelled_otherwise, "fail"),
     "textures": (textures, "fail"),
     "material libraries": (materials, "fail"),
     "the same bytes": (one_file_twice, "pass"),
