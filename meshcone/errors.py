@@ -1,9 +1,9 @@
 """The errors MeshCone raises on purpose.
 
 Each carries a *public* message, written for the person who sent the file, and a
-``kind`` that says whose turn it is: ``input`` and ``limit`` are for the sender,
-``infeasible`` for whoever chose the options, ``timeout``, ``memory``, ``crash`` and
-``internal`` for the operator.
+``kind`` that says who is responsible: the sender for ``input`` and ``limit``, whoever chose
+the options for ``infeasible``, the operator for ``timeout``, ``memory``, ``crash`` and
+``internal``.
 """
 
 from __future__ import annotations

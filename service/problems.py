@@ -38,7 +38,7 @@ SECURITY_HEADERS = {
 
 @dataclass(frozen=True)
 class ProblemType:
-    """One kind of problem: whose turn it is, the HTTP status and a title that never changes."""
+    """One kind of problem: who is responsible, the HTTP status and a title that never changes."""
 
     kind: ErrorKind
     status: int
@@ -88,8 +88,8 @@ class Problem(BaseModel):
     status: int = Field(description="HTTP status this problem has, or would have had, as an answer")
     detail: str = Field(description="what went wrong this time, in one line")
     kind: ErrorKind = Field(
-        description="whose turn it is: input and limit are the sender's, infeasible is the "
-        "options', timeout, memory, crash and internal are the operator's"
+        description="who is responsible: the sender for input and limit, whoever chose the options "
+        "for infeasible, the operator for timeout, memory, crash and internal"
     )
     file: str | None = Field(default=None, description="the sent file it concerns")
     place: str | None = Field(default=None, description="where in that file")

@@ -81,7 +81,7 @@ class LedgerCollector(Collector):
         kinds = get_args(ErrorKind)
         yield _by_label(
             "meshcone_failures",
-            "Jobs that failed, by whose turn it is.",
+            "Jobs that failed, by who is responsible.",
             ("kind",),
             {(kind,): counters.get(f"failures:{kind}", 0) for kind in kinds},
         )

@@ -20,7 +20,7 @@ from service.api.submission.submission import (
     made_before,
     require_signable,
 )
-from service.api.submission.uploads import Submission, read_submission
+from service.api.submission.uploads import SubmittedForm, read_form
 from worker.jobs.idempotency import Claim
 from worker.jobs.records import JobRecord
 
@@ -51,7 +51,7 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
 )
 async def submit_job(
     claim: ClaimDependency,  # before the form: nothing is read of a request not let in
-    submission: Annotated[Submission, Depends(read_submission)],
+    form: Annotated[SubmittedForm, Depends(read_form)],
     context: ContextDependency,
     sender: SenderDependency,
     events: EventsDependency,
@@ -59,7 +59,7 @@ async def submit_job(
     prefer: PreferHeader = None,
 ) -> Job:
     """Queue a refinement of `source` towards `reference`, or a measurement."""
-    record = await _accept(submission, claim, sender, context)
+    record = await _accept(form, claim, sender, context)
     wait = preferred_wait(prefer)
     if wait is not None and await events.wait_for_end(record.id, wait):
         record = await run_in_threadpool(context.ledger.get, record.id)
@@ -73,14 +73,14 @@ async def submit_job(
 
 
 async def _accept(
-    submission: Submission, claim: Claim | None, sender: Sender, context: Context
+    form: SubmittedForm, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
-    require_signable(submission, sender, context)
-    parcel = await run_in_threadpool(gather, submission, context)
+    require_signable(form, sender, context)
+    submission = await run_in_threadpool(gather, form, context)
     if claim is not None:
-        made = await run_in_threadpool(made_before, parcel, claim, context)
+        made = await run_in_threadpool(made_before, submission, claim, context)
         if made is not None:
             return made
-    if parcel.size <= context.settings.precheck_bytes:
-        await check_meshes(parcel, context)
-    return await run_in_threadpool(accept, parcel, claim, sender, context)
+    if submission.size <= context.settings.precheck_bytes:
+        await check_meshes(submission, context)
+    return await run_in_threadpool(accept, submission, claim, sender, context)

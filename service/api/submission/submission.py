@@ -20,7 +20,7 @@ from meshcone.options import Options
 from service.api.checking.checks import MeshFiles
 from service.api.context import Context
 from service.api.schemas import NamedBlob
-from service.api.submission.uploads import Submission, Upload
+from service.api.submission.uploads import SubmittedForm, Upload
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import new_job_id
@@ -61,7 +61,7 @@ class IncomingFile:
 
 
 @dataclass(frozen=True)
-class Parcel:
+class Submission:
     """A submission whose files are known by their digests, and the id its job will have."""
 
     job_id: str
@@ -101,7 +101,7 @@ class Parcel:
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
-def gather(submission: Submission, context: Context) -> Parcel:
+def gather(form: SubmittedForm, context: Context) -> Submission:
     """Find every file of a submission, and keep those that are stored from vanishing.
 
     Raises:
@@ -112,34 +112,34 @@ def gather(submission: Submission, context: Context) -> Parcel:
     def all_of(files: tuple[Upload | NamedBlob, ...]) -> tuple[IncomingFile, ...]:
         return tuple(_incoming(file, job_id, context) for file in files)
 
-    return Parcel(
+    return Submission(
         job_id=job_id,
-        source=_incoming(submission.source, job_id, context),
-        reference=_incoming(submission.reference, job_id, context),
-        source_resources=all_of(submission.source_resources),
-        reference_resources=all_of(submission.reference_resources),
-        resources=all_of(submission.resources),
-        options=submission.options,
-        labels=submission.labels,
-        webhook=submission.webhook,
+        source=_incoming(form.source, job_id, context),
+        reference=_incoming(form.reference, job_id, context),
+        source_resources=all_of(form.source_resources),
+        reference_resources=all_of(form.reference_resources),
+        resources=all_of(form.resources),
+        options=form.options,
+        labels=form.labels,
+        webhook=form.webhook,
     )
 
 
-def require_signable(submission: Submission, sender: Sender, context: Context) -> None:
+def require_signable(form: SubmittedForm, sender: Sender, context: Context) -> None:
     """Refuse a webhook that could not be signed.
 
     Raises:
         InputError: neither the sender nor the installation has a secret for it.
     """
     has_secret = sender.key is not None or context.settings.webhook_secret is not None
-    if submission.webhook is not None and not has_secret:
+    if form.webhook is not None and not has_secret:
         raise InputError(
             "there is nothing to sign the webhook with: send the job with an API key, "
             "or have MESHCONE_WEBHOOK_SECRET set"
         )
 
 
-async def check_meshes(parcel: Parcel, context: Context) -> None:
+async def check_meshes(submission: Submission, context: Context) -> None:
     """Have both meshes read, so that a file nobody could work on is refused before any is kept.
 
     Raises:
@@ -152,17 +152,19 @@ async def check_meshes(parcel: Parcel, context: Context) -> None:
         def opened(mesh: IncomingFile, own: tuple[IncomingFile, ...]) -> MeshFiles:
             files = {
                 file.stored.name: stack.enter_context(file.opened(context.blobs))
-                for file in (*parcel.resources, *own)
+                for file in (*submission.resources, *own)
             }
             data = stack.enter_context(mesh.opened(context.blobs))
             return MeshFiles(mesh.stored.name, data, files)
 
-        source = await run_in_threadpool(opened, parcel.source, parcel.source_resources)
-        reference = await run_in_threadpool(opened, parcel.reference, parcel.reference_resources)
-        await context.checks.check(source, reference, parcel.options)
+        source = await run_in_threadpool(opened, submission.source, submission.source_resources)
+        reference = await run_in_threadpool(
+            opened, submission.reference, submission.reference_resources
+        )
+        await context.checks.check(source, reference, submission.options)
 
 
-def made_before(parcel: Parcel, claim: Claim, context: Context) -> JobRecord | None:
+def made_before(submission: Submission, claim: Claim, context: Context) -> JobRecord | None:
     """The job that the same request has made before, if it has.
 
     Raises:
@@ -170,12 +172,14 @@ def made_before(parcel: Parcel, claim: Claim, context: Context) -> JobRecord | N
     """
     if claim.job_id is None:
         return None
-    if claim.fingerprint != parcel.fingerprint():
+    if claim.fingerprint != submission.fingerprint():
         raise _key_reused()
     return _known(claim.job_id, context)
 
 
-def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context) -> JobRecord:
+def accept(
+    submission: Submission, claim: Claim | None, sender: Sender, context: Context
+) -> JobRecord:
     """Store the files, enter the job in the ledger and queue it, in this order.
 
     Whatever fails on the way, no job is known whose files are missing, and none is queued
@@ -186,35 +190,37 @@ def accept(parcel: Parcel, claim: Claim | None, sender: Sender, context: Context
             has used the key.
     """
     record = JobRecord(
-        id=parcel.job_id,
+        id=submission.job_id,
         created=datetime.now(UTC),
-        labels=parcel.labels,
-        source=parcel.source.stored,
-        reference=parcel.reference.stored,
-        source_resources=tuple(file.stored for file in parcel.source_resources),
-        reference_resources=tuple(file.stored for file in parcel.reference_resources),
-        resources=tuple(file.stored for file in parcel.resources),
-        options=parcel.options.model_dump(mode="json"),
-        webhook=parcel.webhook,
+        labels=submission.labels,
+        source=submission.source.stored,
+        reference=submission.reference.stored,
+        source_resources=tuple(file.stored for file in submission.source_resources),
+        reference_resources=tuple(file.stored for file in submission.reference_resources),
+        resources=tuple(file.stored for file in submission.resources),
+        options=submission.options.model_dump(mode="json"),
+        webhook=submission.webhook,
         owner=sender.owner,
         context=sender.context,
     )
     if sender.key is None:
-        return _enter(record, parcel, claim, context)
-    context.quotas.reserve(sender.key, record.id, parcel.size)
+        return _enter(record, submission, claim, context)
+    context.quotas.reserve(sender.key, record.id, submission.size)
     try:
-        return _enter(record, parcel, claim, context)
+        return _enter(record, submission, claim, context)
     finally:
-        context.quotas.settle(sender.key, record.id, parcel.size)
+        context.quotas.settle(sender.key, record.id, submission.size)
 
 
-def _enter(record: JobRecord, parcel: Parcel, claim: Claim | None, context: Context) -> JobRecord:
-    _lease({file.stored.digest for file in parcel.files}, record.id, context)
-    for file in parcel.files:
+def _enter(
+    record: JobRecord, submission: Submission, claim: Claim | None, context: Context
+) -> JobRecord:
+    _lease({file.stored.digest for file in submission.files}, record.id, context)
+    for file in submission.files:
         file.keep(context.blobs)
     key = None
     if claim is not None:
-        key = BoundKey(claim.place, parcel.fingerprint(), KEY_REMEMBERED)
+        key = BoundKey(claim.place, submission.fingerprint(), KEY_REMEMBERED)
     try:
         job_id = context.ledger.create(record, capacity=context.settings.queue_capacity, key=key)
     except QueueFullError:

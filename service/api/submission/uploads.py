@@ -37,7 +37,7 @@ class Upload:
 
 
 @dataclass(frozen=True)
-class Submission:
+class SubmittedForm:
     """A form whose fields are sound; nothing is known yet of what is in the files."""
 
     source: Upload | NamedBlob
@@ -50,7 +50,7 @@ class Submission:
     webhook: str | None
 
 
-async def read_submission(request: Request) -> AsyncIterator[Submission]:
+async def read_form(request: Request) -> AsyncIterator[SubmittedForm]:
     """The request's form, as a dependency; its temporary files are closed with the request.
 
     Raises:
@@ -65,7 +65,7 @@ async def read_submission(request: Request) -> AsyncIterator[Submission]:
     settings: ServiceSettings = request.app.state.settings
     form = await _bounded_form(request, settings)
     try:
-        yield await _submission(form, settings)
+        yield await _checked(form, settings)
     finally:
         await form.close()
 
@@ -84,7 +84,7 @@ async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData
         raise
 
 
-async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
+async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
     for name in form:
         if name not in FIELDS:
             raise InputError(f"unknown form field '{name}'; the fields are {', '.join(FIELDS)}")
@@ -98,7 +98,7 @@ async def _submission(form: FormData, settings: ServiceSettings) -> Submission:
             f"{count} resources are more than the {settings.max_resources} accepted here"
         )
     _require_distinct(resources)
-    return Submission(
+    return SubmittedForm(
         source=_file("source", _single(form, "source")),
         reference=_file("reference", _single(form, "reference")),
         **resources,

@@ -70,7 +70,7 @@ def test_reprs_are_short(result: meshcone.Refined) -> None:
 
 
 def test_a_result_goes_from_one_process_to_another(result: meshcone.Refined) -> None:
-    result.mesh.fill_holes()  # what it keeps for itself goes along
+    assert len(result.mesh.vertices)  # which it keeps for the next time
 
     copy = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
 
