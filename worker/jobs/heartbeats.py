@@ -26,7 +26,7 @@ return 1
 """
 
 
-class Standing(IntEnum):
+class Ownership(IntEnum):
     """What the ledger says to an attempt that gives a sign of life."""
 
     LOST = 0
@@ -47,10 +47,10 @@ class Heartbeats:
         self._milliseconds = int(timeout * 1000)
         self._beat = client.register_script(_BEAT)
 
-    def beat(self, job_id: str, attempt: int) -> Standing:
+    def beat(self, job_id: str, attempt: int) -> Ownership:
         """Say that an attempt lives, and learn whether the job is still its own."""
         keys = [job_keys(job_id)[0], _key(job_id)]
-        return Standing(int(self._beat(keys, [attempt, self._milliseconds])))
+        return Ownership(int(self._beat(keys, [attempt, self._milliseconds])))
 
     def missing(self, records: Sequence[JobRecord]) -> list[JobRecord]:
         """Those of some running jobs whose attempt has given no sign of life in time."""

@@ -10,7 +10,7 @@ from enum import Enum, auto
 from redis.exceptions import RedisError
 
 from worker.broker.patience import OutageLog
-from worker.jobs.heartbeats import Heartbeats, Standing
+from worker.jobs.heartbeats import Heartbeats, Ownership
 from worker.run.horse import Death, Horse
 from worker.run.stopping import StopRequest
 
@@ -58,13 +58,13 @@ def attend(
     outage = OutageLog()
     while True:
         try:
-            standing = heartbeats.beat(job_id, attempt)
+            ownership = heartbeats.beat(job_id, attempt)
             outage.is_back()
         except RedisError as error:
-            standing = Standing.OWNED
+            ownership = Ownership.OWNED
             outage.is_away(error)
         keep()
-        cause = _cause_to_end(standing, stop, time.monotonic() > deadline)
+        cause = _cause_to_end(ownership, stop, time.monotonic() > deadline)
         # One that has just ended has, whatever else has come up.
         death = horse.wait(0.0 if cause else BEAT_INTERVAL)
         if death is not None:
@@ -73,10 +73,10 @@ def attend(
             return Ending(cause, horse.kill())
 
 
-def _cause_to_end(standing: Standing, stop: StopRequest, is_overtime: bool) -> Cause | None:
-    if standing is Standing.LOST:
+def _cause_to_end(ownership: Ownership, stop: StopRequest, is_overtime: bool) -> Cause | None:
+    if ownership is Ownership.LOST:
         return Cause.LOST
-    if standing is Standing.CANCEL_REQUESTED:
+    if ownership is Ownership.CANCEL_REQUESTED:
         return Cause.CANCELED
     if is_overtime:
         return Cause.OVERTIME
