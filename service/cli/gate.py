@@ -122,7 +122,7 @@ def _jobs(
 
 def _run(work: list[GateJob], server: str | None, at_once: int) -> GateRun:
     from service.gating.display import progress_bar
-    from service.gating.run import run_jobs
+    from service.gating.job import run_jobs
 
     keeper = _keeper(server, work[0].options.mode)
     with progress_bar(len(work)) as show:
@@ -146,7 +146,7 @@ def _written(form: str, run: GateRun) -> bytes:
     if form == "json":
         return run.model_dump_json(indent=2).encode() + b"\n"
     if form == "html":
-        from service.html_report.gates import html_of_run
+        from service.html_report.document import html_of_run
 
         return html_of_run(run)
     return to_junit(run) if form == "junit" else to_sarif(run)

@@ -1,15 +1,16 @@
-"""What is to be done with a pair, wherever it is done."""
+"""What is to be done with pairs, wherever it is done."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from meshcone.errors import MeshConeError
 from meshcone.gates.records import GateVerdict
-from meshcone.gates.results import AssetError, AssetResult, AssetView
+from meshcone.gates.results import AssetError, AssetResult, AssetView, GateRun
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
 
@@ -74,3 +75,25 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
         warnings=judgement.warnings if judgement else (),
         view=judgement.view if judgement else None,
     )
+
+
+def run_jobs(
+    jobs: Sequence[GateJob],
+    keeper: Gatekeeper,
+    at_once: int,
+    on_result: Callable[[AssetResult], None],
+) -> GateRun:
+    """Do all jobs, ``at_once`` at a time, and keep their order.
+
+    ``on_result`` sees each result as it comes.
+    """
+    with ThreadPoolExecutor(max_workers=at_once) as threads:
+        futures = [threads.submit(keeper.judge, job) for job in jobs]
+        try:
+            for future in as_completed(futures):
+                on_result(future.result())
+        except BaseException:  # also Ctrl-C: nothing may go on behind the caller's back
+            threads.shutdown(wait=False, cancel_futures=True)
+            keeper.stop()
+            raise
+        return GateRun.of([future.result() for future in futures])

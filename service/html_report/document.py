@@ -13,6 +13,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from meshcone.gates.results import AssetResult, GateRun
 from meshcone.gates.words import names_in_words
 from service.dashboard.static_files import own_names, required
 
@@ -73,6 +74,25 @@ def html_report(title: str, assets: Sequence[ReportedAsset]) -> bytes:
         start=_START,
     )
     return html.encode()
+
+
+def html_of_run(run: GateRun) -> bytes:
+    """All assets of a run as one HTML file; what a page shows of each was asked for."""
+    only = run.assets[0].name if len(run.assets) == 1 else f"{len(run.assets)} assets"
+    return html_report(f"{only}: {run.verdict.replace('_', ' ')}", list(map(_reported, run.assets)))
+
+
+def _reported(asset: AssetResult) -> ReportedAsset:
+    reason = None
+    if asset.view is None:
+        reason = "No gate applies to this asset." if asset.error is None else asset.error.message
+    return ReportedAsset(
+        name=asset.name,
+        ending=asset.ending,
+        report=None if asset.view is None else asset.view.report,
+        preview=None if asset.view is None else asset.view.preview,
+        error=reason,
+    )
 
 
 def _with_preview(assets: Sequence[ReportedAsset]) -> list[ReportedAsset]:

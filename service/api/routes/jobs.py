@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
+import binascii
+import uuid
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
-from service.api.cursors import cursor_after, job_before
 from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList
 from service.api.submission.uploads import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
@@ -121,3 +123,17 @@ def delete_job(record: FoundJob, context: ContextDependency) -> None:
 
 def _unknown() -> ProblemError:
     return ProblemError(problem("not-found", "there is no such job"))
+
+
+def cursor_after(job_id: str) -> str:
+    """The cursor of the jobs listed after a job."""
+    return base64.urlsafe_b64encode(uuid.UUID(job_id).bytes).rstrip(b"=").decode()
+
+
+def job_before(cursor: str) -> str | None:
+    """The job a cursor was made of; None if it is no cursor of this service."""
+    try:
+        job_id = str(uuid.UUID(bytes=base64.urlsafe_b64decode(f"{cursor}==")))
+    except (binascii.Error, ValueError):
+        return None
+    return job_id if is_job_id(job_id) and cursor_after(job_id) == cursor else None

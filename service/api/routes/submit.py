@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Response, status
+from fastapi import APIRouter, Depends, Header, Response, status
 from starlette.concurrency import run_in_threadpool
 
 from service.api.context import Context, ContextDependency
-from service.api.preferences import PreferHeader, preferred_wait
 from service.api.routes.events import EventsDependency
 from service.api.schemas import JOBS_PATH, Job, job_path
 from service.api.sender import ClaimDependency, Sender, SenderDependency
@@ -25,6 +26,18 @@ from worker.jobs.idempotency import Claim
 from worker.jobs.records import JobRecord
 
 router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+
+LONGEST_WAIT = 30  # seconds; proxies give up on a silent answer after about a minute
+
+_WAIT = re.compile(r'(?:^|,)\s*wait\s*=\s*"?(\d{1,9})"?\s*(?=[,;]|$)', re.IGNORECASE)
+
+PreferHeader = Annotated[
+    list[str] | None,
+    Header(
+        alias="Prefer",
+        description=f"`wait=N`: seconds to wait for the job's end, at most {LONGEST_WAIT}",
+    ),
+]
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
     200: {"description": "the job, which has ended: for `Prefer: wait`", "model": Job},
@@ -84,3 +97,12 @@ async def _accept(
     if submission.size <= context.settings.precheck_bytes:
         await check_meshes(submission, context)
     return await run_in_threadpool(accept, submission, claim, sender, context)
+
+
+def preferred_wait(headers: Sequence[str] | None) -> int | None:
+    """Seconds a client would wait for the job's end (RFC 7240, section 4.3); None if it named none.
+
+    What cannot be understood is ignored, as the RFC has it.
+    """
+    match = _WAIT.search(",".join(headers or ()))
+    return None if match is None else min(int(match[1]), LONGEST_WAIT)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.api.cursors import cursor_after, job_before
+from service.api.routes.jobs import cursor_after, job_before
 from worker.jobs.identifiers import new_job_id
 
 

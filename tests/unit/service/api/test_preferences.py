@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.api.preferences import LONGEST_WAIT, preferred_wait
+from service.api.routes.submit import LONGEST_WAIT, preferred_wait
 
 
 @pytest.mark.parametrize(
