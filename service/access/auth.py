@@ -101,7 +101,7 @@ class KeyRing:
 
         Raises:
             ProblemError: it is unknown, may not, or has made too many requests.
-            RedisError: the broker cannot be asked.
+            RedisError: the broker is unreachable.
         """
         key = await self._key(authorization)
         if key is None:

@@ -37,7 +37,7 @@ _ROW: dict[str, Any] = {
 
 
 class UnavailableError(Exception):
-    """The broker cannot be asked."""
+    """The broker is unreachable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ class LiveLists:
         Whoever takes long between two of them is given the newest, not all.
 
         Raises:
-            UnavailableError: the broker cannot be asked.
+            UnavailableError: the broker is unreachable.
         """
         followed = self._lists.setdefault(wanted, _List(wanted))
         followed.followers += 1

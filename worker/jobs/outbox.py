@@ -1,7 +1,7 @@
 """The outbox: webhooks to be sent, written whole by the ledger step that ends their job.
 
-An entry needs nothing of its job any more, so that a job deleted a moment later is told of
-all the same. :mod:`worker.webhooks` takes entries out and sends them.
+An entry needs nothing of its job any more: it is sent even if the job is deleted a moment
+later. :mod:`worker.webhooks` takes entries out and sends them.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class LedgerCollector(Collector):
         """Every metric with its present value.
 
         Raises:
-            RedisError: the broker cannot be asked.
+            RedisError: the broker is unreachable.
         """
         counters = self._context.ledger.index.counters()
         yield from self._present()
