@@ -298,22 +298,31 @@ def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
     assert checked(portal, checks, mesh, mesh)
 
 
-@pytest.mark.parametrize("stop", [None, signal.SIGSTOP], ids=["waits", "is stopped"])
 def test_a_check_that_does_not_end_is_ended_and_others_go_on(
-    portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe, stop: signal.Signals | None
+    portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe
 ) -> None:
     with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
-        running = begun(portal, checks, MeshFiles("p.obj", pipe), mesh)
-        child = pipe.reader(checks)
-        if stop is not None:
-            os.kill(child, stop)
+        with pytest.raises(ProblemError) as caught:  # nobody writes what it wants to read
+            checked(portal, checks, MeshFiles("p.obj", pipe), mesh)
 
-        refusal = running.exception(60)
-
-        assert isinstance(refusal, ProblemError)
-        assert refusal.problem.status == 503
-        wait_for(lambda: has_ended(child))
+        assert caught.value.problem.status == 503
+        wait_for(lambda: not children_of(checks.pid))
+    with MeshChecks(ServiceSettings()) as checks:
         assert checked(portal, checks, mesh, mesh)
+
+
+def test_a_parent_of_all_checks_that_hangs_is_replaced(
+    portal: BlockingPortal, mesh: MeshFiles
+) -> None:
+    with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+        hanging = checks.pid
+        os.kill(hanging, signal.SIGSTOP)
+
+        with pytest.raises(ProblemError) as caught:
+            checked(portal, checks, mesh, mesh)
+
+        assert caught.value.problem.status == 503
+        assert has_ended(hanging)
 
 
 def test_of_twenty_at_once_two_are_read_and_all_are_answered(
