@@ -10,9 +10,16 @@ from meshcone.options.everything import Formulation, Mode, Options
 from meshcone.options.files import SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
-from meshcone.options.reading import parse_assignments, parse_options, parse_options_json
+from meshcone.options.reading import (
+    parse_assignments,
+    parse_options,
+    parse_options_json,
+    read_options_json,
+)
+from meshcone.options.version import OPTIONS_VERSION
 
 __all__ = [
+    "OPTIONS_VERSION",
     "CentroidOptions",
     "ConeOptions",
     "EdgeCapOptions",
@@ -28,4 +35,5 @@ __all__ = [
     "parse_assignments",
     "parse_options",
     "parse_options_json",
+    "read_options_json",
 ]

@@ -32,13 +32,22 @@ def parse_options_json(text: str | bytes) -> Options:
     Raises:
         InputError: the text is no JSON object, or an option in it is unknown or out of range.
     """
+    return parse_options(read_options_json(text))
+
+
+def read_options_json(text: str | bytes) -> dict[str, Any]:
+    """The JSON object that a text is, before its options are validated.
+
+    Raises:
+        InputError: the text is no JSON object.
+    """
     try:
         document = json.loads(text)
     except (ValueError, RecursionError):
         raise InputError("options are not valid JSON") from None
     if not isinstance(document, dict):
         raise InputError(f"options must be a JSON object, found {_json_type(document)}")
-    return parse_options(document)
+    return document
 
 
 def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:

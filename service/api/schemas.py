@@ -79,6 +79,11 @@ class Job(BaseModel):
     created: datetime
     started: datetime | None
     finished: datetime | None
+    needs_newer_worker: datetime | None = Field(
+        default=None,
+        description="since when it waits for a newer worker: those there are do not know its "
+        "options",
+    )
     cancel_requested: datetime | None = Field(
         description="when it was to be canceled while it ran; it ends as canceled"
     )
@@ -95,7 +100,7 @@ class Job(BaseModel):
         default_factory=list, description="files that only the reference names"
     )
     resources: list[SentFile] = Field(description="files that either may name")
-    options: dict[str, Any] = Field(description="every option with its value")
+    options: dict[str, Any] = Field(description="the options that were set, as they were sent")
     progress: JobProgress | None
     error: Problem | None = Field(description="why it failed")
     verdict: Verdict | None = Field(description="what the gates say, once it has succeeded")
@@ -121,6 +126,7 @@ class Job(BaseModel):
             created=record.created,
             started=record.started,
             finished=record.finished,
+            needs_newer_worker=record.needs_newer_worker,
             cancel_requested=record.cancel_requested,
             expires=expires,
             expired=record.expired,

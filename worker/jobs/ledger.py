@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
+from meshcone.options import OPTIONS_VERSION
 from worker.jobs import ledger_scripts as scripts
 from worker.jobs.durability import DurableWrites
 from worker.jobs.idempotency import BoundKey
@@ -48,6 +49,13 @@ class TransitionRefusedError(Exception):
 
 class CancelRequestedError(Exception):
     """Somebody has asked for the job to be canceled; its attempt is to stop."""
+
+
+class TooNewError(Exception):
+    """The job's options are newer than the worker that would begin it."""
+
+    def __init__(self, job_id: str) -> None:
+        super().__init__(f"no job for this worker, which is too old for its options: {job_id}")
 
 
 class QueueFullError(Exception):
@@ -126,15 +134,20 @@ class Ledger:
             raise UnknownJobError(job_id)
         return JobRecord.decoded({str(name): str(value) for name, value in fields.items()})
 
-    def begin(self, job_id: str) -> int:
+    def begin(self, job_id: str, knows: int = OPTIONS_VERSION) -> int:
         """Start the next attempt of a queued job and return its number, counted from 1.
+
+        Args:
+            job_id: the job.
+            knows: the highest version of options that whoever begins it can read.
 
         Raises:
             UnknownJobError: there is no such job.
             TransitionRefusedError: it is not queued.
+            TooNewError: its options are newer; it stays queued, and no attempt is counted.
         """
         fields = {"started": _now(), "progress": None}
-        return self._step(job_id, "queued", None, "running", fields, starts=1)[1]
+        return self._step(job_id, "queued", None, "running", fields, starts=1, knows=knows)[1]
 
     def report_progress(self, job_id: str, attempt: int, progress: JobProgress) -> None:
         """Note how far an attempt has come.
@@ -294,6 +307,8 @@ def _accept(
 ) -> tuple[JobState, int]:
     if state == "":
         raise UnknownJobError(job_id)
+    if answer == scripts.TOO_NEW:
+        raise TooNewError(job_id)
     if answer != scripts.ACCEPTED:
         raise TransitionRefusedError(job_id, state, attempt)
     return state, attempt

@@ -14,7 +14,7 @@ from worker.jobs import outbox
 EVENTS_KEPT = 256
 """Events kept of a job; what falls out can be read from the job itself."""
 
-REFUSED, ACCEPTED, REPEATED, MISMATCHED, FULL, CANCEL_REQUESTED = range(6)
+REFUSED, ACCEPTED, REPEATED, MISMATCHED, FULL, CANCEL_REQUESTED, TOO_NEW = range(7)
 
 _PRELUDE = f"""
 local job, events, blobs = KEYS[1], KEYS[2], KEYS[3]
@@ -130,10 +130,15 @@ TRANSITION = (
     _PRELUDE
     + f"""
 -- step: id, from, to, starts (added to the attempt), finished; attempt, where one must be
--- meant; and fields, digests, counters, verdict, which the step leaves
+-- meant; knows, the highest version of options the worker can read, where that counts; and
+-- fields, digests, counters, verdict, which the step leaves
 local state, attempt = found()
 if state ~= step.from or (step.attempt and attempt ~= step.attempt) then
   return {{{REFUSED}, state, attempt}}
+end
+if step.knows and tonumber(redis.call('HGET', job, 'options_version') or 0) > step.knows then
+  redis.call('HSETNX', job, 'needs_newer_worker', step.finished)
+  return {{{TOO_NEW}, state, attempt}}
 end
 local new = step.to
 -- Nobody who was told that a job will be canceled is to find it otherwise in the end.
@@ -151,6 +156,7 @@ else
 end
 attempt = attempt + step.starts
 set({{state=new, attempt=attempt}})
+if step.knows then redis.call('HDEL', job, 'needs_newer_worker') end
 move(state, new)
 announce(new, attempt)
 return {{{ACCEPTED}, new, attempt}}

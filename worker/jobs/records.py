@@ -86,7 +86,10 @@ class JobRecord(_Frozen):
         source_resources: files that only the source names.
         reference_resources: files that only the reference names.
         resources: files that either may name.
-        options: every option with its resolved value.
+        options: the options that were set, as the sender set them.
+        options_version: of the program that took them in; see :mod:`meshcone.options.version`.
+        needs_newer_worker: when a worker first left it to one that knows newer options, if it
+            still waits for one.
         webhook: where to say that it has ended.
         owner: id of the API key it was sent with; None if it was sent without.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
@@ -114,6 +117,8 @@ class JobRecord(_Frozen):
     reference_resources: tuple[StoredFile, ...] = ()
     resources: tuple[StoredFile, ...] = ()
     options: dict[str, Any]
+    options_version: int = 0
+    needs_newer_worker: datetime | None = None
     webhook: str | None = None
     owner: str | None = None
     context: dict[str, str] = {}

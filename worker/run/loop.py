@@ -14,12 +14,12 @@ import structlog
 from redis.exceptions import RedisError
 
 from worker.broker.patience import OutageLog, patiently
-from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger, TooNewError, TransitionRefusedError, UnknownJobError
 from worker.run import tracing
 from worker.run.attendance import Ending, attend
 from worker.run.horse import Horse
 from worker.run.memory_watch import MemoryWatch
-from worker.run.settlement import settle
+from worker.run.settlement import leave_to_newer_worker, settle
 
 if TYPE_CHECKING:
     from worker.jobs.heartbeats import Heartbeats
@@ -93,6 +93,9 @@ class WorkerLoop:
         except (TransitionRefusedError, UnknownJobError) as refusal:
             logger.info("message dropped: %s", refusal)  # it came twice, or was canceled
             self._queue.discard(delivery)
+            return
+        except TooNewError:
+            leave_to_newer_worker(self._queue, delivery)
             return
         # From here on the heartbeat keeps the job, not the message; one that cannot be
         # discarded now is found by the reconciler.

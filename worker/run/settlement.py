@@ -19,6 +19,7 @@ from worker.jobs.records import JobError, JobRecord, JobState
 from worker.run.attendance import Cause, Ending
 
 if TYPE_CHECKING:
+    from worker.jobs.queue import Delivery, JobQueue
     from worker.run.horse import Death
 
 logger = logging.getLogger(__name__)
@@ -60,6 +61,19 @@ def settle(
         return _fail(ledger, record, SolveTimeoutError(TIMEOUT_MESSAGE))
     logger.warning("the horse of job %s died: %s", record.id, _words(ending.death))
     return give_up_attempt(ledger, record, attempts, _reason(ending.death, was_out_of_memory))
+
+
+def leave_to_newer_worker(queue: JobQueue, delivery: Delivery) -> None:
+    """Leave a job, which stays queued, to a worker that knows its options.
+
+    Its message is not sent on: this worker would take it again at once. The reconciler finds
+    the job without one and sends another, so it is offered every few seconds.
+    """
+    queue.discard(delivery)
+    logger.warning(
+        "job %s has options newer than this worker; it waits for a newer one: upgrade the workers",
+        delivery.job_id,
+    )
 
 
 def give_up_attempt(

@@ -9,14 +9,14 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from tempfile import TemporaryFile
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import structlog
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
 from meshcone.errors import InputError
-from meshcone.options import Options
+from meshcone.options import OPTIONS_VERSION, Options
 from service.api.checking.checks import MeshFiles
 from service.api.context import Context
 from service.api.schemas import NamedBlob
@@ -71,6 +71,7 @@ class Submission:
     reference_resources: tuple[IncomingFile, ...]
     resources: tuple[IncomingFile, ...]
     options: Options
+    options_as_sent: dict[str, Any]
     labels: tuple[str, ...]
     webhook: str | None
 
@@ -120,6 +121,7 @@ def gather(form: SubmittedForm, context: Context) -> Submission:
         reference_resources=all_of(form.reference_resources),
         resources=all_of(form.resources),
         options=form.options,
+        options_as_sent=form.options_as_sent,
         labels=form.labels,
         webhook=form.webhook,
     )
@@ -198,7 +200,8 @@ def accept(
         source_resources=tuple(file.stored for file in submission.source_resources),
         reference_resources=tuple(file.stored for file in submission.reference_resources),
         resources=tuple(file.stored for file in submission.resources),
-        options=submission.options.model_dump(mode="json"),
+        options=submission.options_as_sent,
+        options_version=OPTIONS_VERSION,
         webhook=submission.webhook,
         owner=sender.owner,
         context=sender.context,

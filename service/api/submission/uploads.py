@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from fastapi import Request
 from pydantic import ValidationError
@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 
 from meshcone.errors import InputError, LimitError
 from meshcone.gates.paths import require_known
-from meshcone.options import Options, parse_options_json
+from meshcone.options import Options, parse_options, read_options_json
 from service.api.schemas import LABEL_LENGTH, NamedBlob
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
@@ -46,6 +46,7 @@ class SubmittedForm:
     reference_resources: tuple[Upload | NamedBlob, ...]
     resources: tuple[Upload | NamedBlob, ...]
     options: Options
+    options_as_sent: dict[str, Any]
     labels: tuple[str, ...]
     webhook: str | None
 
@@ -98,11 +99,13 @@ async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
             f"{count} resources are more than the {settings.max_resources} accepted here"
         )
     _require_distinct(resources)
+    sent = await _options(form)
     return SubmittedForm(
         source=_file("source", _single(form, "source")),
         reference=_file("reference", _single(form, "reference")),
         **resources,
-        options=await _options(form),
+        options=_sound(parse_options(sent)),
+        options_as_sent=sent,
         labels=_labels(form),
         webhook=_webhook(form, settings),
     )
@@ -167,15 +170,15 @@ def _twice(first: str, second: str) -> str:
     )
 
 
-async def _options(form: FormData) -> Options:
+async def _options(form: FormData) -> dict[str, Any]:
     value = _single(form, "options")
     if value is None:
         raise InputError("form field 'options' is missing: send {} for the defaults")
     if isinstance(value, str):
-        return _sound(parse_options_json(value))
+        return read_options_json(value)
     if (value.size or 0) > OPTIONS_BYTES:
         raise LimitError(f"options are longer than the {OPTIONS_BYTES} bytes accepted here")
-    return _sound(parse_options_json(await value.read()))
+    return read_options_json(await value.read())
 
 
 def _sound(options: Options) -> Options:

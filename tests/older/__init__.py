@@ -1,0 +1,1 @@
+"""What makes the workers of a test older than the program; see its sitecustomize."""

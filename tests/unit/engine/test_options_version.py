@@ -1,0 +1,26 @@
+"""Options that come need a new version: an older worker must not run a job that sets them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from typing import Any
+
+from meshcone.options import OPTIONS_VERSION, Options
+
+KNOWN = {1: "0ba0ca765725785a"}
+
+
+def test_the_version_goes_up_with_each_new_option() -> None:
+    names = sorted(names_in(Options.model_json_schema()))
+    digest = hashlib.sha256("\n".join(names).encode()).hexdigest()[:16]
+
+    assert KNOWN[OPTIONS_VERSION] == digest, (
+        "options were added or removed: raise OPTIONS_VERSION in meshcone/options/version.py "
+        f"and enter {digest!r} for it here"
+    )
+
+
+def names_in(schema: dict[str, Any]) -> Iterator[str]:
+    for model, definition in {"": schema, **schema["$defs"]}.items():
+        yield from (f"{model}.{name}" for name in definition.get("properties", {}))
