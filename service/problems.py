@@ -119,12 +119,17 @@ def problem(
         type=TYPE_PREFIX + name,
         title=problem_type.title,
         status=problem_type.status,
-        detail=detail,
+        detail=_as_text(detail),
         kind=problem_type.kind,
-        file=file,
-        place=place,
+        file=None if file is None else _as_text(file),
+        place=None if place is None else _as_text(place),
         error=error,
     )
+
+
+def _as_text(words: str) -> str:
+    # What is wrong with a text can stand in the words about it, and must not break the answer.
+    return words.encode(errors="backslashreplace").decode()
 
 
 def problem_of(error: MeshConeError | JobError) -> Problem:

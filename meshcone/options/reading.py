@@ -20,6 +20,7 @@ def parse_options(document: Mapping[str, Any]) -> Options:
     Raises:
         InputError: naming the first option that is unknown or out of range.
     """
+    _require_text(document)
     try:
         return Options.model_validate(document)
     except ValidationError as error:
@@ -74,6 +75,33 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
         except ValueError:
             section[leaf] = text
     return document
+
+
+def _require_text(document: Mapping[str, Any]) -> None:
+    """Refuse what JSON can escape but no file, report or answer can hold: half a character."""
+    waiting: list[tuple[str, Any]] = [("", document)]  # no recursion: a sender chooses the depth
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, str) and not is_text(value):
+            place = f"option '{ascii(path)[1:-1]}'" if path else "options"
+            raise InputError(
+                f"{place}: found {value[:40]!a}, which has half of a surrogate pair in it; "
+                "write the whole character"
+            )
+        if isinstance(value, Mapping):
+            waiting.extend((path, name) for name in value)
+            waiting.extend((f"{path}.{name}" if path else str(name), value[name]) for name in value)
+        elif isinstance(value, list | tuple):
+            waiting.extend((path, below) for below in value)
+
+
+def is_text(value: str) -> bool:
+    """Whether a string can be written as UTF-8: it has no half of a surrogate pair."""
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _explain(error: ValidationError) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from datetime import datetime, timedelta
-from typing import Any
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from meshcone.options import Mode
 from service.problems import Problem, problem_of
 from worker.jobs.records import JobProgress, JobRecord, JobState, StoredFile, Verdict
 from worker.jobs.summaries import JobSummary
@@ -69,8 +70,8 @@ class JobLinks(BaseModel):
     )
 
 
-class Job(BaseModel):
-    """A refinement or a measurement, from its submission on."""
+class ListedJob(BaseModel):
+    """A refinement or a measurement, as a list shows it: without its options."""
 
     id: str
     state: JobState
@@ -100,7 +101,10 @@ class Job(BaseModel):
         default_factory=list, description="files that only the reference names"
     )
     resources: list[SentFile] = Field(description="files that either may name")
-    options: dict[str, Any] = Field(description="the options that were set, as they were sent")
+    mode: Mode | None = Field(
+        default=None,
+        description="what the options ask for; null for a job of a version that did not note it",
+    )
     progress: JobProgress | None
     error: Problem | None = Field(description="why it failed")
     verdict: Verdict | None = Field(description="what the gates say, once it has succeeded")
@@ -108,7 +112,7 @@ class Job(BaseModel):
     links: JobLinks
 
     @classmethod
-    def of(cls, record: JobRecord, result_ttl: int = 0) -> Job:
+    def of(cls, record: JobRecord, result_ttl: int = 0) -> Self:
         """The public view of a ledger's record.
 
         Args:
@@ -119,6 +123,7 @@ class Job(BaseModel):
         if record.finished is not None and result_ttl:
             expires = record.finished + timedelta(seconds=result_ttl)
         return cls(
+            **cls._more(record),
             id=record.id,
             state=record.state,
             attempt=record.attempt,
@@ -135,7 +140,7 @@ class Job(BaseModel):
             source_resources=[SentFile.of(file) for file in record.source_resources],
             reference_resources=[SentFile.of(file) for file in record.reference_resources],
             resources=[SentFile.of(file) for file in record.resources],
-            options=record.options,
+            mode=record.mode,
             progress=record.progress,
             error=problem_of(record.error) if record.error else None,
             verdict=record.verdict,
@@ -143,11 +148,25 @@ class Job(BaseModel):
             links=_links(record),
         )
 
+    @classmethod
+    def _more(cls, _record: JobRecord) -> dict[str, Any]:
+        return {}
+
+
+class Job(ListedJob):
+    """A refinement or a measurement, from its submission on."""
+
+    options: dict[str, Any] = Field(description="the options that were set, as they were sent")
+
+    @classmethod
+    def _more(cls, record: JobRecord) -> dict[str, Any]:
+        return {"options": record.options}
+
 
 class JobList(BaseModel):
     """Some jobs, newest first."""
 
-    jobs: list[Job]
+    jobs: list[ListedJob]
     next: str | None = Field(
         description="where the list goes on; a filtered page can be short and still have one"
     )

@@ -22,7 +22,7 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import MeshLike, load_unread
-from service.api.schemas import JOBS_PATH, Job, JobList, NamedBlob, job_path
+from service.api.schemas import JOBS_PATH, Job, JobList, ListedJob, NamedBlob, job_path
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
 from worker.jobs.records import FINAL_STATES
@@ -159,11 +159,14 @@ class Client:
         return Job.model_validate_json(self._get(job_path(job_id)).content)
 
     def jobs(self, **filters: str | int | Sequence[str]) -> JobList:
-        """A page of jobs, newest first; filters are the parameters of ``GET /v1/jobs``."""
+        """A page of jobs, newest first, without their options.
+
+        Filters are the parameters of ``GET /v1/jobs``.
+        """
         answer = self._request("GET", JOBS_PATH, params=filters)
         return JobList.model_validate_json(answer.content)
 
-    def all_jobs(self, **filters: str | int | Sequence[str]) -> Iterator[Job]:
+    def all_jobs(self, **filters: str | int | Sequence[str]) -> Iterator[ListedJob]:
         """Every job that the filters select, newest first, page by page."""
         page = self.jobs(**filters)
         yield from page.jobs

@@ -12,7 +12,7 @@ from typing import Any
 from fastapi.concurrency import run_in_threadpool
 from redis.exceptions import RedisError
 
-from service.api.schemas import Job
+from service.api.schemas import ListedJob
 from worker.jobs.index import JobFilter, JobIndex
 
 SHOWN = 50  # jobs, the newest
@@ -20,12 +20,11 @@ INTERVAL = 1.0  # seconds between looks
 READ_AT_MOST = 8  # lists, in an interval: more filters than these are looked at less often
 READ_AT_FIRST = 32  # lists nobody has looked at before, beside those
 
-# What a row of the table is made of: a seventh of a job, of which the options are the most.
+# What a row of the table is made of: a seventh of a job.
 _ROW: dict[str, Any] = {
-    **dict.fromkeys(("id", "state", "labels", "created", "progress", "verdict"), True),
+    **dict.fromkeys(("id", "state", "labels", "created", "mode", "progress", "verdict"), True),
     "source": {"name"},
     "reference": {"name"},
-    "options": {"mode"},
     "error": {"detail"},
     "summary": {
         "outcome": True,
@@ -44,7 +43,7 @@ class UnavailableError(Exception):
 class Row:
     """A job of a list; the same object as long as nothing of the job changes."""
 
-    job: Job
+    job: ListedJob
 
     @cached_property
     def shown(self) -> dict[str, Any]:
@@ -186,7 +185,7 @@ class LiveLists:
         before = {} if last is None else last.rows
         rows: dict[str, Row] = {}
         for record in page.jobs:
-            job, known = Job.of(record, self._result_ttl), before.get(record.id)
+            job, known = ListedJob.of(record, self._result_ttl), before.get(record.id)
             rows[record.id] = known if known is not None and known.job == job else Row(job)
         now = Snapshot(rows, page.cursor)
         if last is not None and list(before) == list(rows) and not now.changed_since(last):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from meshcone.files import MeshFile
+from meshcone.options import OPTIONS_VERSION
 from service.api.app import create_app
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_bytes
@@ -42,6 +44,29 @@ def test_a_job_in_the_ledger_is_accepted_whether_its_message_can_be_sent_or_not(
         job = answer.json()["id"]
         assert context.ledger.get(job).state == "queued"
         assert (job in context.queue.waiting()) == reachable
+
+
+def test_a_list_leaves_out_the_options_that_the_job_itself_shows_as_they_were_sent(
+    tmp_path: Path, ball: MeshFile, rough_ball: MeshFile
+) -> None:
+    sent = {"mode": "measure", "seed": 7}
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+    ):
+        job = http.post(
+            "/v1/jobs",
+            data={"options": json.dumps(sent)},
+            files={"source": ("rough.obj", rough_ball.data), "reference": ("b.obj", ball.data)},
+        ).json()["id"]
+
+        [listed] = http.get("/v1/jobs").json()["jobs"]
+        assert "options" not in listed
+        assert listed["mode"] == "measure"
+        assert http.get(f"/v1/jobs/{job}").json()["options"] == sent
+        app: Any = http.app
+        record = app.state.context.ledger.get(job)
+        assert (record.options, record.options_version) == (sent, OPTIONS_VERSION)
 
 
 def an_app(broker: EmbeddedBroker, data_dir: Path) -> FastAPI:

@@ -70,7 +70,7 @@ class JobIndex:
     def page(
         self, limit: int, *, cursor: str | None = None, wanted: JobFilter = EVERYTHING
     ) -> JobPage:
-        """Up to ``limit`` of the jobs that are wanted, newest first.
+        """Up to ``limit`` of the jobs that are wanted, newest first, without their options.
 
         The order is that of creation, so a job keeps its place while the list is walked.
 
@@ -119,11 +119,19 @@ class JobIndex:
         return float(seconds) + float(microseconds) / 1e6
 
     def _newest_first(self, index: str, cursor: str | None) -> Iterator[JobRecord]:
+        names = JobRecord.listed_fields()
         while ids := self._ids_after(index, cursor, _FETCHED_AT_ONCE):
             pipeline = self._client.pipeline(transaction=False)
             for job_id in ids:
-                pipeline.hgetall(job_keys(job_id)[0])
-            yield from (JobRecord.decoded(fields) for fields in pipeline.execute() if fields)
+                pipeline.hmget(job_keys(job_id)[0], names)
+            for values in pipeline.execute():
+                fields = {
+                    name: value
+                    for name, value in zip(names, values, strict=True)
+                    if value is not None
+                }
+                if fields:
+                    yield JobRecord.decoded(fields)
             cursor = ids[-1]
 
     def _ids_after(self, index: str, cursor: str | None, count: int) -> list[str]:

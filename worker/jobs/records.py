@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from meshcone.errors import ErrorKind, MeshConeError
 from meshcone.gates.records import Status
+from meshcone.options import Mode
 from meshcone.progress import Progress, Stage
 from worker.jobs.summaries import JobSummary
 
@@ -86,7 +87,8 @@ class JobRecord(_Frozen):
         source_resources: files that only the source names.
         reference_resources: files that only the reference names.
         resources: files that either may name.
-        options: the options that were set, as the sender set them.
+        mode: what its options ask for; None in a record from before this was noted.
+        options: the options that were set, as the sender set them; empty in a list.
         options_version: of the program that took them in; see :mod:`meshcone.options.version`.
         needs_newer_worker: when a worker first left it to one that knows newer options, if it
             still waits for one.
@@ -116,7 +118,8 @@ class JobRecord(_Frozen):
     source_resources: tuple[StoredFile, ...] = ()
     reference_resources: tuple[StoredFile, ...] = ()
     resources: tuple[StoredFile, ...] = ()
-    options: dict[str, Any]
+    mode: Mode | None = None
+    options: dict[str, Any] = {}
     options_version: int = 0
     needs_newer_worker: datetime | None = None
     webhook: str | None = None
@@ -128,6 +131,11 @@ class JobRecord(_Frozen):
     verdict: Verdict | None = None
     summary: JobSummary | None = None
     timings: dict[str, float] = {}
+
+    @classmethod
+    def listed_fields(cls) -> list[str]:
+        """Names of the fields a list reads: the options can be longer than all others."""
+        return [name for name in cls.model_fields if name != "options"]
 
     @property
     def files(self) -> tuple[StoredFile, ...]:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
-from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList
+from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList, ListedJob
 from service.api.submission.uploads import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
@@ -74,7 +74,10 @@ def list_jobs(
     wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label))
     page = context.ledger.index.page(limit, cursor=after, wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
-    return JobList(jobs=[context.job(record) for record in page.jobs], next=following)
+    return JobList(
+        jobs=[ListedJob.of(record, context.settings.result_ttl) for record in page.jobs],
+        next=following,
+    )
 
 
 @router.get("/{job_id}", summary="Look at a job")

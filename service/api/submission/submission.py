@@ -200,6 +200,7 @@ def accept(
         source_resources=tuple(file.stored for file in submission.source_resources),
         reference_resources=tuple(file.stored for file in submission.reference_resources),
         resources=tuple(file.stored for file in submission.resources),
+        mode=submission.options.mode,
         options=submission.options_as_sent,
         options_version=OPTIONS_VERSION,
         webhook=submission.webhook,

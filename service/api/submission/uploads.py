@@ -8,6 +8,7 @@ from typing import Any, BinaryIO
 
 from fastapi import Request
 from pydantic import ValidationError
+from python_multipart.multipart import parse_options_header
 from starlette.datastructures import FormData, UploadFile
 from starlette.exceptions import HTTPException
 
@@ -23,7 +24,7 @@ _RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
 FIELDS = ("source", "reference", "options", *_RESOURCE_FIELDS, "label", "webhook")
 NAME_LENGTH = 255  # characters; what common file systems allow
 MAX_LABELS = 16
-OPTIONS_BYTES = 1024 * 1024
+OPTIONS_BYTES = 64 * 1024  # kept in the broker's memory for as long as the job is known
 _MESHES_AND_OPTIONS = 3  # any of them as a file or as a plain field
 
 
@@ -59,10 +60,15 @@ async def read_form(request: Request) -> AsyncIterator[SubmittedForm]:
         InputError: a field is missing, unknown, repeated or of the wrong kind.
         LimitError: it has too many files, or a field is too long.
     """
-    if not request.headers.get("content-type", "").startswith("multipart/form-data"):
+    content_type = request.headers.get("content-type", "")
+    if not content_type.startswith("multipart/form-data"):
         raise ProblemError(
             problem("media-type", "send a multipart/form-data form (curl: -F source=@mesh.glb …)")
         )
+    # Other encodings can hold what is no text, or end in an error of their decoder's own.
+    charset = parse_options_header(content_type)[1].get(b"charset", b"utf-8")
+    if charset.lower() not in (b"utf-8", b"us-ascii"):
+        raise ProblemError(problem("media-type", "send the form as UTF-8, without another charset"))
     settings: ServiceSettings = request.app.state.settings
     form = await _bounded_form(request, settings)
     try:
@@ -80,7 +86,9 @@ async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData
         )
     except HTTPException as error:
         # The framework tells what is too much from what is broken by its words alone.
-        if error.detail.startswith("Too many") or "exceeded maximum" in error.detail:
+        if "exceeded maximum" in error.detail:
+            raise _too_long("a text field of the form is longer") from None
+        if error.detail.startswith("Too many"):
             raise LimitError(f"the form has more than is accepted here: {error.detail}") from None
         raise
 
@@ -177,8 +185,15 @@ async def _options(form: FormData) -> dict[str, Any]:
     if isinstance(value, str):
         return read_options_json(value)
     if (value.size or 0) > OPTIONS_BYTES:
-        raise LimitError(f"options are longer than the {OPTIONS_BYTES} bytes accepted here")
+        raise _too_long("options are longer")
     return read_options_json(await value.read())
+
+
+def _too_long(what: str) -> LimitError:
+    return LimitError(
+        f"{what} than the {OPTIONS_BYTES} bytes accepted here: shorten the lists in the options "
+        "(cones.pin.boundary and cones.pin.region_borders pin vertices without a list)"
+    )
 
 
 def _sound(options: Options) -> Options:

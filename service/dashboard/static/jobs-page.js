@@ -36,7 +36,7 @@ function row(job) {
   return h("tr", { "data-id": job.id },
     h("td", null,
       h("a", { class: "pair", href: `/jobs/${job.id}` }, `${job.source.name} → ${job.reference.name}`),
-      h("div", { class: "chips" }, labels, job.options.mode === "measure" && h("span", { class: "tag" }, "measure"))),
+      h("div", { class: "chips" }, labels, job.mode === "measure" && h("span", { class: "tag" }, "measure"))),
     stateCell(job),
     h("td", { "data-label": "Outcome" }, job.summary ? chip(job.summary.outcome) : null),
     h("td", { "data-label": "Verdict" }, verdict),

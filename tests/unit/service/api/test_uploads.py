@@ -156,3 +156,56 @@ def test_a_mesh_in_a_format_that_cannot_be_written_is_refused_as_source(http: Te
 )
 def test_a_webhook_that_cannot_be_sent_is_refused(http: TestClient, url: str, said: str) -> None:
     assert said in detail(http, both(), {**DEFAULTS, "webhook": url})
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        r'{"gates": {"\ud800": {"max": 1}}}',
+        r'{"select": {"nodes": ["a\udfff"]}}',
+        r'{"\udc00": 1}',
+        r'{"align": "\ud800"}',
+    ],
+    ids=["a gate's name", "a name in a list", "an option's name", "a value"],
+)
+def test_half_a_surrogate_pair_in_options_is_refused_in_words(
+    http: TestClient, options: str
+) -> None:
+    assert "half of a surrogate pair" in detail(http, both(), {"options": options})
+
+
+def test_deeply_nested_options_are_refused_in_words(http: TestClient) -> None:
+    options = '{"seed": ' + "[" * 900 + "]" * 900 + "}"
+
+    assert "option 'seed'" in detail(http, both(), {"options": options})
+
+
+@pytest.mark.parametrize("charset", ["utf-7", "idna", "undefined", "unicode_escape"])
+def test_a_form_in_another_charset_is_refused_in_words(http: TestClient, charset: str) -> None:
+    body = b'--x\r\nContent-Disposition: form-data; name="label"\r\n\r\n+2AA-\r\n--x--\r\n'
+    kind = f"multipart/form-data; boundary=x; charset={charset}"
+
+    answer = http.post("/v1/jobs", content=body, headers={"Content-Type": kind})
+
+    assert (answer.status_code, answer.json()["detail"]) == (
+        415,
+        "send the form as UTF-8, without another charset",
+    )
+
+
+def test_a_named_file_with_half_a_surrogate_pair_is_refused_in_words(http: TestClient) -> None:
+    blob = r'{"name": "\ud800.obj", "sha256": "' + "0" * 64 + '"}'
+    data = {**DEFAULTS, "source": blob}
+
+    assert "form field 'source' must be" in detail(http, [("reference", MESH)], data)
+
+
+@pytest.mark.parametrize("as_file", [False, True], ids=["as a field", "as a file"])
+def test_options_longer_than_the_cap_are_told_what_to_do(http: TestClient, as_file: bool) -> None:
+    options = '{"cones": {"pin": {"vertices": [' + "0," * 40_000 + "0]}}}"
+    files = [*both(), ("options", ("o.json", options.encode()))] if as_file else both()
+
+    said = detail(http, files, {} if as_file else {"options": options}, 413)
+
+    assert "than the 65536 bytes accepted here" in said
+    assert "cones.pin.boundary" in said
