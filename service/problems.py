@@ -13,7 +13,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
-from redis.exceptions import RedisError
+from redis.exceptions import OutOfMemoryError, ReadOnlyError, RedisError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
@@ -155,11 +155,21 @@ def broker_problem(error: Exception, data_dir: Path) -> ProblemError:
         data_dir: where the embedded broker writes. If its disk is full, the answer says so.
     """
     logger.error("the broker cannot be used: %s", error)
-    detail = "the job broker cannot be reached; try again later"
+    detail = _broker_words(error)
     with suppress(OSError):  # an API with a broker elsewhere may have no such directory
         if not has_room(data_dir):
             detail = "the disk of the data directory is full; work goes on when it has room"
     return ProblemError(problem("unavailable", detail), {"Retry-After": "5"})
+
+
+def _broker_words(error: Exception) -> str:
+    if isinstance(error, OutOfMemoryError):
+        return "the job broker is at its memory limit (maxmemory): raise it, or delete jobs"
+    if isinstance(error, ReadOnlyError):
+        return "the job broker is a replica, which takes no writes"
+    if "MISCONF" in str(error):
+        return "the job broker cannot save to its disk; its own log says why"
+    return "the job broker cannot be reached; try again later"
 
 
 def queue_full() -> ProblemError:

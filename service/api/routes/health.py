@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from tempfile import TemporaryFile
+from typing import Any, Literal
+
 from fastapi import APIRouter
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from redis.exceptions import RedisError
 
 from service.api.context import ContextDependency
-from service.problems import ProblemError, broker_problem, problem
+from service.problems import MEDIA_TYPE, ProblemError, broker_problem, problem
+from service.settings import ServiceSettings
+from worker.disk import has_room
 
 router = APIRouter(tags=["health"])
+
+_PROBE = "meshcone:ready"  # written at each look: a broker can answer and yet take no writes
+_PROBE_KEPT = 60_000  # milliseconds
+_UNAVAILABLE: dict[str, Any] = {
+    "description": "no job can be worked on; `detail` says why",
+    "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+}
 
 
 class Liveness(BaseModel):
@@ -19,10 +31,13 @@ class Liveness(BaseModel):
 
 
 class Readiness(BaseModel):
-    """The service can take a job and work on it."""
+    """The service can take a job and work on it, or can soon."""
 
-    status: str = "ok"
+    status: Literal["ok", "degraded"] = Field(
+        default="ok", description="degraded: it works, but refuses new jobs for now"
+    )
     workers: int
+    reason: str | None = Field(default=None, description="why it is degraded")
 
 
 @router.get("/livez")
@@ -31,13 +46,38 @@ def livez() -> Liveness:
     return Liveness()
 
 
-@router.get("/readyz")
+@router.get("/readyz", responses={503: _UNAVAILABLE})
 def readyz(context: ContextDependency) -> Readiness:
-    """Whether the broker answers and at least one worker is there."""
+    """Whether broker and file store take writes, and a worker is there.
+
+    A queue at its bound is no failure: all else works, and it empties by itself.
+    """
     try:
+        context.redis.set(_PROBE, "1", px=_PROBE_KEPT)
         workers = context.queue.worker_count()
+        waiting = context.ledger.index.count("queued")
     except RedisError as error:
         raise broker_problem(error, context.settings.data_dir) from None
-    if workers == 0:
-        raise ProblemError(problem("unavailable", "no worker is running"), {"Retry-After": "5"})
+    reason = _store_trouble(context.settings)
+    if reason is None and workers == 0:
+        reason = "no worker is running"
+    if reason is not None:
+        raise ProblemError(problem("unavailable", reason), {"Retry-After": "5"})
+    if waiting >= context.settings.queue_capacity:
+        words = f"{waiting} jobs wait, as many as may (MESHCONE_QUEUE_CAPACITY)"
+        return Readiness(status="degraded", workers=workers, reason=words)
     return Readiness(workers=workers)
+
+
+def _store_trouble(settings: ServiceSettings) -> str | None:
+    """Why the directory of files takes no writes; None if it does, or files are in a bucket."""
+    if settings.blob_url is not None:
+        return None
+    try:
+        if not has_room(settings.data_dir):
+            return "the disk of the data directory is full; work goes on when it has room"
+        with TemporaryFile(dir=settings.data_dir / "blobs", buffering=0) as probe:
+            probe.write(b"ready")
+    except OSError as error:
+        return f"the file store in the data directory cannot be written: {error.strerror}"
+    return None

@@ -1,0 +1,111 @@
+"""What `/readyz` says while something is wrong that no connection shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from redis import Redis
+from rq import Worker
+from starlette.testclient import TestClient
+
+from service.api.app import create_app
+from service.settings import ServiceSettings
+from tests.integration.jobs import make_job
+from tests.integration.waiting import wait_for
+from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger
+from worker.jobs.queue import JobQueue
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Iterator[ServiceSettings]:
+    with EmbeddedBroker(tmp_path) as broker:
+        yield ServiceSettings(redis_url=broker.url, data_dir=tmp_path, queue_capacity=1)
+
+
+@pytest.fixture
+def redis(settings: ServiceSettings) -> Iterator[Redis]:
+    with connect_text(settings.required_redis_url()) as client:
+        yield client
+
+
+@pytest.fixture
+def http(settings: ServiceSettings) -> Iterator[TestClient]:
+    """The API of an installation that has one worker, by the broker's list."""
+    app = create_app(settings, keys_required=False)
+    with (
+        connect_bytes(settings.required_redis_url()) as connection,
+        TestClient(app, "http://127.0.0.1:8000", raise_server_exceptions=False) as client,
+    ):
+        queue = JobQueue(settings, connection).rq
+        Worker([queue], connection=connection, serializer=queue.serializer).register_birth()
+        yield client
+
+
+def test_all_is_well(http: TestClient) -> None:
+    answer = http.get("/readyz")
+
+    assert (answer.status_code, answer.json()) == (
+        200,
+        {"status": "ok", "workers": 1, "reason": None},
+    )
+
+
+def test_a_broker_at_its_memory_limit_is_not_ready_until_it_has_room(
+    http: TestClient, redis: Redis
+) -> None:
+    redis.config_set("maxmemory", 1)
+
+    assert "at its memory limit" in unready(http)
+    assert http.get("/livez").status_code == 200
+
+    redis.config_set("maxmemory", 0)
+    assert http.get("/readyz").status_code == 200
+
+
+def test_a_broker_that_cannot_save_is_not_ready(
+    http: TestClient, redis: Redis, settings: ServiceSettings
+) -> None:
+    name = redis.config_get("dbfilename")["dbfilename"]
+    (settings.data_dir / "broker" / name / "in the way").mkdir(parents=True)
+    redis.config_set("save", "3600 1")
+    redis.config_set("stop-writes-on-bgsave-error", "yes")
+    redis.bgsave()
+    wait_for(lambda: redis.info("persistence")["rdb_last_bgsave_status"] == "err")
+
+    assert "cannot save to its disk" in unready(http)
+
+
+def test_a_file_store_that_cannot_be_written_is_not_ready(
+    http: TestClient, settings: ServiceSettings
+) -> None:
+    (settings.data_dir / "blobs").rmdir()
+    (settings.data_dir / "blobs").write_text("a file where the folder was")
+
+    assert "the file store in the data directory cannot be written" in unready(http)
+
+
+def test_a_full_queue_is_degraded_and_says_so(http: TestClient, redis: Redis) -> None:
+    Ledger(redis).create(make_job())
+
+    answer = http.get("/readyz")
+
+    assert answer.status_code == 200
+    assert answer.json()["status"] == "degraded"
+    assert "MESHCONE_QUEUE_CAPACITY" in answer.json()["reason"]
+
+
+def test_no_worker_is_not_ready(settings: ServiceSettings) -> None:
+    with TestClient(create_app(settings, keys_required=False), "http://127.0.0.1:8000") as http:
+        assert unready(http) == "no worker is running"
+
+
+def unready(http: TestClient) -> str:
+    """Why the service is not ready."""
+    answer = http.get("/readyz")
+    assert answer.status_code == 503
+    said: str = answer.json()["detail"]
+    return said
