@@ -15,6 +15,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from redis.exceptions import OutOfMemoryError, ReadOnlyError, RedisError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
 from meshcone.errors import ErrorKind, MeshConeError
@@ -187,6 +188,7 @@ def install_handlers(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _on_invalid_request)
     app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(RedisError, _on_broker_error)
+    app.add_exception_handler(ClientDisconnect, _on_disconnect)
     app.add_exception_handler(Exception, _on_unexpected)
 
 
@@ -236,6 +238,11 @@ def _methods_at(request: Request) -> list[str]:
 def _on_broker_error(request: Request, error: Exception) -> JSONResponse:
     answer = broker_problem(error, request.app.state.settings.data_dir)
     return problem_response(answer.problem, answer.headers)
+
+
+def _on_disconnect(_request: Request, _error: Exception) -> JSONResponse:
+    # Nobody reads it; without it, each such request is a fault with a traceback in the log.
+    return problem_response(problem("bad-request", "the client went before its request was whole"))
 
 
 def _on_unexpected(_request: Request, _error: Exception) -> JSONResponse:

@@ -171,6 +171,23 @@ def test_a_body_that_stops_coming_is_refused(strict: Api) -> None:
     assert b"body came too slowly" in answer
 
 
+@pytest.mark.parametrize("target", ["POST /v1/jobs", f"PUT /v1/blobs/{'0' * 64}"])
+def test_a_client_that_goes_within_its_body_is_no_fault_of_the_service(
+    strict: Api, target: str
+) -> None:
+    path = target.partition(" ")[2]
+    head = (
+        f"{target} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n"
+        "Content-Type: multipart/form-data; boundary=x\r\n\r\n--x\r\n"
+    )
+    with strict.connect() as connection:
+        connection.sendall(head.encode())
+        read_all(connection)
+
+    wait_for(lambda: path in strict.log.read_text())  # the line of the request
+    assert "Traceback" not in strict.log.read_text()
+
+
 def test_what_is_no_http_is_refused_with_a_problem(strict: Api) -> None:
     with strict.connect() as connection:
         connection.sendall(b"\x16\x03\x01 hello\r\n\r\n")
