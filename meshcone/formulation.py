@@ -16,6 +16,7 @@ from meshcone.program.effort import candidates
 from meshcone.program.request import SourceLabels
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface.arrays import Floats
+from meshcone.vertex_list import listed_vertices
 
 
 class Formulated(abc.ABC):
@@ -58,7 +59,9 @@ class SurfaceFormulation(Formulated):
     """
 
     def __init__(self, pair: Pair, options: Options) -> None:
-        labels = SourceLabels(pair.source_asset.regions, pair.source_asset.weld, pair.fixed)
+        asset = pair.source_asset
+        listed = listed_vertices(options, pair.source_file.resources, len(asset.weld))
+        labels = SourceLabels(asset.regions, asset.weld, pair.fixed, listed)
         self.problems = SurfaceProblems(
             pair.source, pair.reference, options, pair.frame.radius, labels
         )

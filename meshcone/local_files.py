@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -13,18 +13,35 @@ from meshcone.files import MeshFile
 _BEGINNING = 1024  # bytes; white space before a document is short
 
 
-def read_local(path: Path) -> MeshFile:
-    """Read a mesh and, of a glTF, the buffers it names.
+def read_local(path: Path, also: str | None = None) -> MeshFile:
+    """Read a mesh and, of a glTF, the buffers it names; and a file that its options name.
 
     Only plain names are followed: a mesh from elsewhere must not pick files of this
     machine. What is named and not there is left for the reader to complain of.
+
+    Args:
+        path: the mesh.
+        also: plain name of one more file beside it.
 
     Raises:
         InputError: the file cannot be read.
     """
     data = read_bytes(path)
     resources = {name: read_bytes(place) for name, place in _beside(path, data).items()}
-    return MeshFile(path.name, data, resources)
+    return MeshFile(path.name, data, with_file_beside(path, resources, also))
+
+
+def with_file_beside(
+    path: Path, resources: Mapping[str, bytes], name: str | None
+) -> Mapping[str, bytes]:
+    """The resources of a mesh with one more from beside it, if it is named and is there.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    if name is None or name in resources or not (path.parent / name).is_file():
+        return resources
+    return {**resources, name: read_bytes(path.parent / name)}
 
 
 def files_of(path: Path) -> list[Path]:

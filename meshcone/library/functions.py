@@ -74,6 +74,7 @@ def refine_loaded(
     """Refine as :func:`refine` does, with what it has made of its arguments."""
     from meshcone.verbs.refine import refine as run  # 2.5 s, not to be paid for a mistyped name
 
+    source = source.with_file(options.cones.pin.vertices_file)
     with one_thread():
         return Refined(source, reference, run(source, reference, options, progress=progress))
 
@@ -221,6 +222,7 @@ def verify(
             f"{type(result).__name__}"
         )
     files = [_required(mesh, name) for name, mesh in given.items()]
+    files[0] = files[0].with_file(report.options.cones.pin.vertices_file)
     with one_thread():
         return check(report, stored, *files)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from meshcone.errors import ArgumentError, InputError
 from meshcone.files import MeshFile
-from meshcone.local_files import files_of, read_bytes, read_local
+from meshcone.local_files import files_of, read_bytes, read_local, with_file_beside
 
 if TYPE_CHECKING:
     import trimesh
@@ -85,7 +85,21 @@ class LoadedMesh(MeshFile):
 
     def files(self) -> list[Path]:
         """The files on this machine that were read for it."""
-        return [] if self.path is None else files_of(self.path)
+        if self.path is None:
+            return []
+        beside = (self.path.parent / name for name in self.resources)
+        return list(dict.fromkeys([*files_of(self.path), *filter(Path.is_file, beside)]))
+
+    def with_file(self, name: str | None) -> LoadedMesh:
+        """The mesh with a file from beside it among its resources, which its options name.
+
+        Raises:
+            InputError: the file cannot be read.
+        """
+        if self.path is None:
+            return self
+        resources = with_file_beside(self.path, self.resources, name)
+        return LoadedMesh(self.name, self.data, resources, self.path, self.given)
 
     def _asset(self) -> Asset:
         from meshcone.assets import read_asset

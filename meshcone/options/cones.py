@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from meshcone.options.section import Positive, Section
 
@@ -56,6 +56,22 @@ class PinOptions(Section):
     vertices: tuple[Annotated[int, Field(ge=0)], ...] = Field(
         (), description="vertices by their index in the file, counted from 0"
     )
+    vertices_file: str | None = Field(
+        None,
+        min_length=1,
+        max_length=255,
+        description="name of a file with more of them, sent with the source or beside it: a "
+        "JSON array, or text with spaces or lines between them",
+    )
+
+    @field_validator("vertices_file")
+    @classmethod
+    def _plain_name(cls, name: str | None) -> str | None:
+        if name is None:
+            return None
+        if name in (".", "..") or set(name) & {"/", "\\"} or not name.isprintable():
+            raise ValueError("it must be the name of a file, without a folder")
+        return name
 
 
 class ConeOptions(Section):

@@ -22,11 +22,13 @@ class SourceLabels:
         regions: (m,) material or group of each face.
         weld: (r,) welded vertex of each vertex of the file, −1 for an unused one.
         fixed: (n,) welded vertices that stay whatever is pinned, or None for none.
+        listed: vertices of the file to pin besides those in the options, or None for none.
     """
 
     regions: Ints
     weld: Ints
     fixed: Bools | None = None
+    listed: Ints | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,9 @@ def _pinned_vertices(source: Mesh, asked: ConeOptions, labels: SourceLabels) -> 
             )
         if labels.weld[index] >= 0:
             chosen[labels.weld[index]] = True
+    if labels.listed is not None:
+        welded = labels.weld[labels.listed]
+        chosen[welded[welded >= 0]] = True
     if asked.pin.boundary or asked.pin.region_borders:
         regions = labels.regions if asked.pin.region_borders else np.zeros_like(labels.regions)
         chosen[_border_vertices(source, regions)] = True

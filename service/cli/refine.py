@@ -45,6 +45,7 @@ def command(
     if options.mode != "refine":
         raise InputError("the mode 'measure' is for jobs: use `meshcone measure` here")
     source_file, reference_file = load_unread(source, "source"), load_unread(reference, "reference")
+    source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)
     with progress_bar() as show:
         refined = refine_loaded(source_file, reference_file, options, progress=show)

@@ -58,11 +58,14 @@ def command(
     options = options_from(assignments)
     if out is not None and options.mode != "refine":
         raise InputError("the mode 'measure' makes no mesh: leave --out away")
+    listed = options.cones.pin.vertices_file
+    beside = [] if listed is None else [source.parent / listed]
     require_places(
         (out, report, report and certificate_path(report)),
-        files_of(source) + files_of(reference),
+        files_of(source) + files_of(reference) + beside,
     )
-    source_file, reference_file = read_local(source), read_local(reference)
+    source_file = read_local(source, listed)
+    reference_file = read_local(reference)
 
     import httpx2
 

@@ -41,7 +41,7 @@ def command(
     verification = verify(
         read,
         MeshFile(place.name, read_bytes(place)),
-        read_local(source),
+        read_local(source, read.options.cones.pin.vertices_file),
         read_local(reference),
         read_local(refined),
     )

@@ -15,13 +15,14 @@ import json
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import PurePath
 from types import TracebackType
 from typing import Any, Self
 
 import httpx2
 
 from meshcone.files import MeshFile
-from meshcone.library.inputs import MeshLike, load_unread
+from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from service.api.schemas import JOBS_PATH, Job, JobList, ListedJob, NamedBlob, job_path
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
@@ -132,6 +133,8 @@ class Client:
             parts.append(("webhook", (None, webhook)))
         for side, mesh in (("source", source), ("reference", reference)):
             file = mesh if isinstance(mesh, NamedBlob) else load_unread(mesh, side)
+            if side == "source" and isinstance(file, LoadedMesh):
+                file = file.with_file(_listed(options or {}))
             parts.append((side, _content(file)))
             if isinstance(file, MeshFile):
                 parts += [(f"{side}_resources", each) for each in file.resources.items()]
@@ -288,3 +291,12 @@ def _problem(answer: httpx2.Response) -> Problem | None:
     if not answer.headers.get("content-type", "").startswith(MEDIA_TYPE):
         return None
     return Problem.model_validate_json(answer.content) if answer.content else None
+
+
+def _listed(options: Mapping[str, Any]) -> str | None:
+    """The file that options name, where they are sound; the service says what is not."""
+    found: Any = options
+    for name in ("cones", "pin", "vertices_file"):
+        found = found.get(name) if isinstance(found, Mapping) else None
+    is_name = isinstance(found, str) and found == PurePath(found).name and "\0" not in found
+    return found if is_name else None

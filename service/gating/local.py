@@ -109,7 +109,8 @@ def _child(sender: Connection, job: GateJob) -> None:
 
 
 def _judgement(job: GateJob) -> Judgement:
-    source, reference = read_local(job.pair.source), read_local(job.pair.reference)
+    source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
+    reference = read_local(job.pair.reference)
     done: Measurement | Refinement
     if job.options.mode == "measure":
         from meshcone.verbs.measure import measurement

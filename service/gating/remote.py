@@ -49,7 +49,8 @@ class RemoteGatekeeper:
             raise InternalError(f"the service does not answer: {error}") from None
 
     def _judgement(self, job: GateJob) -> Judgement:
-        source, reference = read_local(job.pair.source), read_local(job.pair.reference)
+        source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
+        reference = read_local(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
         label = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
         sent = self._client.submit(source, reference, document, labels=[label])

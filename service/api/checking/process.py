@@ -15,13 +15,16 @@ import signal
 import socket
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from meshcone.threads import use_one_thread
 from worker.lifeline import die_with_parent
 from worker.run.sandbox import guard_network, limit_resources
+
+if TYPE_CHECKING:
+    from meshcone.options import Options
 
 MORE, LAST = b"+", b"."  # said with file descriptors: whether others follow
 DESCRIPTORS_AT_ONCE = 200  # the kernel takes 253 with one message (unix(7), SCM_RIGHTS)
@@ -124,7 +127,15 @@ def _check(descriptors: Iterator[int]) -> None:
         asset = read_asset(mesh["name"], data, resources)
         if side == "source" and options.mode == "refine":
             asset.ensure_writable(asset.policy(options))
+            _check_list(options, resources, len(asset.weld))
         del asset, data, resources  # before the other is read: a limit holds for each
+
+
+def _check_list(options: Options, resources: Mapping[str, bytes], count: int) -> None:
+    if options.cones.pin.vertices_file is not None:
+        from meshcone.vertex_list import listed_vertices
+
+        listed_vertices(options, resources, count)
 
 
 def _content(descriptor: int) -> bytes:

@@ -108,11 +108,13 @@ async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
         )
     _require_distinct(resources)
     sent = await _options(form)
+    options = _sound(parse_options(sent))
+    _require_list(options, resources)
     return SubmittedForm(
         source=_file("source", _single(form, "source")),
         reference=_file("reference", _single(form, "reference")),
         **resources,
-        options=_sound(parse_options(sent)),
+        options=options,
         options_as_sent=sent,
         labels=_labels(form),
         webhook=_webhook(form, settings),
@@ -191,14 +193,26 @@ async def _options(form: FormData) -> dict[str, Any]:
 
 def _too_long(what: str) -> LimitError:
     return LimitError(
-        f"{what} than the {OPTIONS_BYTES} bytes accepted here: shorten the lists in the options "
-        "(cones.pin.boundary and cones.pin.region_borders pin vertices without a list)"
+        f"{what} than the {OPTIONS_BYTES} bytes accepted here: send a long list of "
+        "pinned vertices as a file in 'source_resources' and name it in cones.pin.vertices_file"
     )
 
 
 def _sound(options: Options) -> Options:
     require_known(options.gates, options.mode)
     return options
+
+
+def _require_list(
+    options: Options, resources: Mapping[str, tuple[Upload | NamedBlob, ...]]
+) -> None:
+    name = options.cones.pin.vertices_file
+    sent = {file.name for file in resources["source_resources"] + resources["resources"]}
+    if name is not None and name not in sent:
+        raise InputError(
+            f"option 'cones.pin.vertices_file' names '{name}', which was not sent: send it in "
+            "form field 'source_resources'"
+        )
 
 
 def _labels(form: FormData) -> tuple[str, ...]:

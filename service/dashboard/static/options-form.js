@@ -71,6 +71,10 @@ function control(schema, id) {
     const input = h("input", { id, placeholder: written(schema.default) || "none", autocomplete: "off" });
     return { element: input, read: () => (input.value.trim() === "" ? undefined : list(input.value)) };
   }
+  if (schema.type === "string") {
+    const input = h("input", { id, type: "text", placeholder: written(schema.default) || "not set", autocomplete: "off" });
+    return { element: input, read: () => (input.value.trim() === "" ? undefined : input.value.trim()) };
+  }
   const area = h("textarea", { id, rows: "4", spellcheck: "false", placeholder: '{"point_to_surface.p95": {"max": 0.002}}' });
   return {
     element: area,

@@ -208,4 +208,10 @@ def test_options_longer_than_the_cap_are_told_what_to_do(http: TestClient, as_fi
     said = detail(http, files, {} if as_file else {"options": options}, 413)
 
     assert "than the 65536 bytes accepted here" in said
-    assert "cones.pin.boundary" in said
+    assert "cones.pin.vertices_file" in said
+
+
+def test_a_list_that_the_options_name_has_to_be_sent(http: TestClient) -> None:
+    options = '{"cones": {"pin": {"vertices_file": "pins.json"}}}'
+
+    assert "names 'pins.json', which was not sent" in detail(http, both(), {"options": options})
