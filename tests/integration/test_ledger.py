@@ -34,6 +34,18 @@ def test_a_job_runs_and_succeeds_with_what_it_made(ledger: Ledger, queued_job: J
     assert queued_job.created <= succeeded.started <= succeeded.finished
 
 
+def test_a_succeeded_job_is_done_in_full(ledger: Ledger, queued_job: JobRecord) -> None:
+    ledger.create(queued_job)
+    attempt = ledger.begin(queued_job.id)
+    ledger.report_progress(queued_job.id, attempt, HALFWAY)
+
+    ledger.succeed(queued_job.id, attempt, {"mesh": MESH})
+
+    assert ledger.get(queued_job.id).progress == JobProgress(
+        stage="done", round=5, rounds=5, fraction=1.0
+    )
+
+
 def test_a_failed_job_says_why(ledger: Ledger, queued_job: JobRecord) -> None:
     ledger.create(queued_job)
 

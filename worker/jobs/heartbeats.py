@@ -2,6 +2,10 @@
 
 RQ notices a dead worker after minutes. Here each worker renews a key that runs out by
 itself, and whoever finds a job running without one knows that its attempt is dead.
+
+The broker keeps the moment at which a key runs out. If its clock is set back, a key seems to have
+more left than it was ever given: that heartbeat is from the future and counts as none. A worker
+that lives gives another within a second.
 """
 
 from __future__ import annotations
@@ -56,11 +60,16 @@ class Heartbeats:
         """Those of some running jobs whose attempt has given no sign of life in time."""
         if not records:
             return []
-        beating = self._client.mget([_key(record.id) for record in records])
+        keys = [_key(record.id) for record in records]
+        with self._client.pipeline(transaction=False) as pipeline:
+            pipeline.mget(keys)
+            for key in keys:
+                pipeline.pttl(key)
+            beating, *left = pipeline.execute()
         return [
             record
-            for record, attempt in zip(records, beating, strict=True)
-            if attempt != str(record.attempt)
+            for record, attempt, rest in zip(records, beating, left, strict=True)
+            if attempt != str(record.attempt) or rest > self._milliseconds
         ]
 
 

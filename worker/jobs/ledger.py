@@ -190,8 +190,10 @@ class Ledger:
             what the attempt made is kept then.
         """
         made = {name: artifact.model_dump(mode="json") for name, artifact in artifacts.items()}
+        done = JobProgress.done(self.get(job_id).progress)
         fields = {
             "finished": _now(),
+            "progress": done.model_dump(mode="json"),
             "artifacts": made,
             "verdict": verdict,
             "summary": None if summary is None else summary.model_dump(mode="json"),

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rq import Queue, worker_registration
+from rq.defaults import DEFAULT_WORKER_TTL
 from rq.exceptions import DequeueTimeout
 from rq.job import Job
 from rq.serializers import JSONSerializer
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 TASK = "worker.run.task.run"
 """What a message names as its function. Workers go by the job id alone and call no name."""
+
+_LONGEST_LIFE = DEFAULT_WORKER_TTL + 60  # seconds; what RQ gives a worker's entry at most
 
 
 @dataclass(frozen=True)
@@ -86,17 +89,23 @@ class JobQueue:
 
     def worker_count(self) -> int:
         """Workers of this queue whose heartbeat has not run out."""
-        return sum(self._connection.exists(key) for key in self._worker_keys())
+        return sum(self._is_alive(key) for key in self._worker_keys())
 
     def local_worker_pids(self) -> set[int]:
         """Process ids of those workers that run, or ran until a moment ago, on this machine."""
-        workers = (self._connection.hmget(key, "pid", "hostname") for key in self._worker_keys())
+        keys = filter(self._is_alive, self._worker_keys())
+        workers = (self._connection.hmget(key, "pid", "hostname") for key in keys)
         here = socket.gethostname().encode()
         return {int(pid) for pid, host in workers if pid is not None and host == here}
 
     def forget_dead_workers(self) -> None:
         """Drop those from RQ's list whose heartbeat has run out."""
         worker_registration.clean_worker_registry(self.rq)
+
+    def _is_alive(self, key: str) -> bool:
+        # An entry with more time left than it was ever given is from before the broker's clock
+        # was set back.
+        return bool(0 <= self._connection.pttl(key) <= _LONGEST_LIFE * 1000)
 
     def _items(self, key: str) -> list[bytes | str]:
         return list(self._connection.lrange(key, 0, -1))

@@ -44,9 +44,9 @@ class Artifact(_Frozen):
 
 
 class JobProgress(_Frozen):
-    """How far a running job has come; see :class:`meshcone.progress.Progress`."""
+    """How far a job has come; see :class:`meshcone.progress.Progress`. A succeeded one is done."""
 
-    stage: Stage
+    stage: Stage | Literal["done"]
     round: int
     rounds: int
     fraction: float
@@ -60,6 +60,12 @@ class JobProgress(_Frozen):
             rounds=progress.rounds,
             fraction=progress.fraction,
         )
+
+    @classmethod
+    def done(cls, last: JobProgress | None) -> JobProgress:
+        """The end, after the last report there was."""
+        rounds = 0 if last is None else last.rounds
+        return cls(stage="done", round=rounds, rounds=rounds, fraction=1.0)
 
 
 class JobError(_Frozen):

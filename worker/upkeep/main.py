@@ -43,6 +43,7 @@ RECONCILER_LOCK = "meshcone:lock:reconciler"
 HOUSEKEEPER_LOCK = "meshcone:lock:housekeeper"
 HOUSEKEEPING_INTERVAL = 15.0  # seconds
 _LOCK_INTERVALS = 3  # looks a holder may miss before another takes its place
+_OTHERS_INTERVALS = 60.0  # seconds by which another host's settings may keep a lock for longer
 _RESTART_PAUSE = 1.0  # seconds
 
 
@@ -50,10 +51,16 @@ class Turn:
     """A lock in the broker that is kept while its holder comes back often enough."""
 
     def __init__(self, client: Redis, name: str, seconds: float) -> None:
+        self._client = client
+        self._name = name
+        self._longest = int((seconds + _OTHERS_INTERVALS) * 1000)
         self._lock = client.lock(name, timeout=seconds, blocking=False, thread_local=False)
 
     def is_ours(self) -> bool:
         """Keep it if we hold it, else try to get it."""
+        # The broker's clock was set back: the lock would outlive its holder by as much.
+        if self._client.pttl(self._name) > self._longest:
+            self._client.delete(self._name)
         with suppress(LockError):  # it ran out in this very moment
             if self._lock.owned():
                 return bool(self._lock.reacquire())

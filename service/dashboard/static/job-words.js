@@ -21,7 +21,7 @@ export const hasEnded = (job) => ["succeeded", "failed", "canceled"].includes(jo
 export function stageWords(progress) {
   if (!progress) return "starting";
   const round = progress.stage === "solve" && progress.rounds ? `, round ${progress.round} of ${progress.rounds}` : "";
-  const said = { read: "reading", solve: "solving", write: "writing", quality: "measuring" };
+  const said = { read: "reading", solve: "solving", write: "writing", quality: "measuring", done: "done" };
   return (said[progress.stage] ?? progress.stage) + round;
 }
 

@@ -1,0 +1,87 @@
+"""The broker's clock is set back by two hours: what runs out by it lasts as much longer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from redis import Redis
+from rq import Worker
+
+from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.heartbeats import Heartbeats
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger
+from worker.jobs.ledger_keys import job_keys
+from worker.jobs.queue import JobQueue
+from worker.jobs.records import JobRecord
+from worker.settings import WorkerSettings
+from worker.upkeep.main import Turn
+
+HOURS = 2 * 3600 * 1000  # milliseconds
+
+
+@pytest.fixture
+def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
+    with connect_text(broker.url) as client:
+        yield client
+
+
+def set_clock_back(redis: Redis, key: str) -> None:
+    """What the step does to a key that runs out: it has two hours more left."""
+    assert redis.pexpire(key, redis.pttl(key) + HOURS)
+
+
+@pytest.fixture
+def running_job(ledger: Ledger, queued_job: JobRecord) -> JobRecord:
+    ledger.create(queued_job)
+    ledger.begin(queued_job.id)
+    return ledger.get(queued_job.id)
+
+
+def test_a_heartbeat_from_the_future_counts_as_none(redis: Redis, running_job: JobRecord) -> None:
+    heartbeats = Heartbeats(redis, 10)
+    heartbeats.beat(running_job.id, running_job.attempt)
+    assert heartbeats.missing([running_job]) == []
+
+    set_clock_back(redis, f"{job_keys(running_job.id)[0]}:heartbeat")
+
+    assert heartbeats.missing([running_job]) == [running_job]
+
+
+def test_an_attempt_that_lives_is_known_again_by_its_next_heartbeat(
+    redis: Redis, running_job: JobRecord
+) -> None:
+    heartbeats = Heartbeats(redis, 10)
+    heartbeats.beat(running_job.id, running_job.attempt)
+    set_clock_back(redis, f"{job_keys(running_job.id)[0]}:heartbeat")
+
+    heartbeats.beat(running_job.id, running_job.attempt)
+
+    assert heartbeats.missing([running_job]) == []
+
+
+def test_a_dead_reconcilers_turn_goes_to_another(redis: Redis) -> None:
+    name = f"lock-{new_job_id()}"
+    dead, heir = Turn(redis, name, 6), Turn(redis, name, 6)
+    assert dead.is_ours()
+    assert not heir.is_ours()
+
+    set_clock_back(redis, name)
+
+    assert heir.is_ours()
+
+
+def test_a_dead_worker_is_not_counted(broker: EmbeddedBroker, redis: Redis, tmp_path: Path) -> None:
+    settings = WorkerSettings(data_dir=tmp_path, queue=f"queue-{new_job_id()}")
+    with connect_bytes(broker.url) as connection:
+        queue = JobQueue(settings, connection)
+        worker = Worker([queue.rq], connection=connection, serializer=queue.rq.serializer)
+        worker.register_birth()
+        assert queue.worker_count() == 1
+
+        set_clock_back(redis, worker.key)
+
+        assert (queue.worker_count(), queue.local_worker_pids()) == (0, set())
