@@ -21,6 +21,7 @@ from starlette.routing import Match
 from meshcone.errors import ErrorKind, MeshConeError
 from worker.disk import has_room
 from worker.jobs.records import JobError
+from worker.storage.errors import DamagedFileError, StoreError
 
 logger = logging.getLogger(__name__)
 
@@ -189,6 +190,8 @@ def install_handlers(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(RedisError, _on_broker_error)
     app.add_exception_handler(ClientDisconnect, _on_disconnect)
+    app.add_exception_handler(StoreError, _on_store_error)
+    app.add_exception_handler(DamagedFileError, _on_damaged_file)
     app.add_exception_handler(Exception, _on_unexpected)
 
 
@@ -243,6 +246,14 @@ def _on_broker_error(request: Request, error: Exception) -> JSONResponse:
 def _on_disconnect(_request: Request, _error: Exception) -> JSONResponse:
     # Nobody reads it; without it, each such request is a fault with a traceback in the log.
     return problem_response(problem("bad-request", "the client went before its request was whole"))
+
+
+def _on_store_error(_request: Request, error: Exception) -> JSONResponse:
+    return problem_response(problem("unavailable", str(error)), {"Retry-After": "5"})
+
+
+def _on_damaged_file(_request: Request, error: Exception) -> JSONResponse:
+    return problem_response(problem("internal", str(error)))
 
 
 def _on_unexpected(_request: Request, _error: Exception) -> JSONResponse:

@@ -10,13 +10,13 @@ from meshcone.errors import InternalError
 LEAST_ROOM = 1024 * 1024  # bytes; with less the broker would end again at once
 
 
-def has_room(directory: Path) -> bool:
-    """Whether anything can be written to the disk of a directory.
+def has_room(directory: Path, room: int = LEAST_ROOM) -> bool:
+    """Whether the disk of a directory has so many bytes of room.
 
     Raises:
         OSError: the directory cannot be looked at.
     """
-    return shutil.disk_usage(directory).free >= LEAST_ROOM
+    return shutil.disk_usage(directory).free >= room
 
 
 def require_room(directory: Path) -> None:

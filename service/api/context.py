@@ -61,14 +61,15 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
     queue_client = connect_bytes(url)
     queue_client.connection_pool.connection_kwargs["socket_timeout"] = REPLY_TIMEOUT
     with connect_text(url) as client, queue_client, MeshChecks(settings) as checks:
+        register = BlobRegister(client)
         yield Context(
             settings=settings,
             redis=client,
             ledger=Ledger(client),
             queue=JobQueue(settings, queue_client),
-            blobs=BlobStore.open(settings),
+            blobs=BlobStore.open(settings, register),
             quotas=JobQuotas(client, settings),
-            register=BlobRegister(client),
+            register=register,
             checks=checks,
         )
 

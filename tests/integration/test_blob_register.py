@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import hashlib
+import io
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from obstore.store import LocalStore
 from redis import Redis
 
-from tests.integration.jobs import make_job
+from meshcone.files import MeshFile
+from tests.integration.jobs import stored_job
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
-from worker.jobs.ledger_keys import DOOMED_BLOBS
-from worker.jobs.records import Artifact, JobRecord, StoredFile
+from worker.jobs.ledger_keys import BLOB_GENERATIONS, BLOB_REFERENCES
+from worker.jobs.records import Artifact, JobRecord
 from worker.storage.blobs import BlobStore
-from worker.storage.register import BlobBusyError, BlobRegister
+from worker.storage.local import Directory
+from worker.storage.register import BlobRegister
 
 
 @pytest.fixture
@@ -33,13 +36,12 @@ def register(client: Redis) -> BlobRegister:
 
 
 @pytest.fixture
-def blobs(tmp_path: Path) -> BlobStore:
-    return BlobStore(LocalStore(tmp_path))
+def blobs(tmp_path: Path, register: BlobRegister) -> BlobStore:
+    return BlobStore(Directory(tmp_path), register)
 
 
 def job_with(content: bytes, blobs: BlobStore) -> JobRecord:
-    file = StoredFile(name="mug.obj", digest=blobs.put(content), size=len(content))
-    return make_job().model_copy(update={"source": file, "reference": file})
+    return stored_job(blobs, MeshFile("mug.obj", content))
 
 
 def finish(ledger: Ledger, job: JobRecord, **artifacts: Artifact) -> None:
@@ -51,35 +53,50 @@ def something() -> bytes:
     return new_job_id().encode()
 
 
-def test_the_files_of_a_deleted_job_are_removed(
-    ledger: Ledger, register: BlobRegister, blobs: BlobStore
-) -> None:
-    made = something()
-    artifact = Artifact(digest=blobs.put(made), media_type="x/y", filename="z", size=36)
+def test_the_files_of_a_deleted_job_are_removed(ledger: Ledger, blobs: BlobStore) -> None:
     job = job_with(something(), blobs)
-    finish(ledger, job, mesh=artifact)
+    digest = blobs.put(something(), job.id)
+    finish(ledger, job, mesh=Artifact(digest=digest, media_type="x/y", filename="z", size=36))
 
     ledger.delete(job.id)
-    register.sweep(blobs)
+    blobs.sweep()
 
     assert not blobs.exists(job.source.digest)
-    assert not blobs.exists(artifact.digest)
+    assert not blobs.exists(digest)
 
 
-def test_the_files_of_an_expired_job_are_removed(
-    ledger: Ledger, register: BlobRegister, blobs: BlobStore
+def test_deleting_a_job_tells_its_own_files_that_nobody_needs_any_more(
+    ledger: Ledger, blobs: BlobStore, tmp_path: Path
 ) -> None:
+    shared = something()
+    other, job = job_with(shared, blobs), job_with(shared, blobs)
+    own = blobs.put(something(), job.id)
+    finish(ledger, other)
+    finish(ledger, job, mesh=Artifact(digest=own, media_type="x/y", filename="z", size=36))
+    unneeded = job_with(something(), blobs)
+    finish(ledger, unneeded)
+    ledger.expire(unneeded.id)
+    before = files_in(tmp_path)
+
+    names = ledger.delete(job.id)
+    blobs.remove(names)
+
+    assert [name.partition(".")[0] for name in names] == [own]
+    assert before - files_in(tmp_path) == set(names)
+
+
+def test_the_files_of_an_expired_job_are_removed(ledger: Ledger, blobs: BlobStore) -> None:
     job = job_with(something(), blobs)
     finish(ledger, job)
 
     ledger.expire(job.id)
-    register.sweep(blobs)
+    blobs.sweep()
 
     assert not blobs.exists(job.source.digest)
 
 
 def test_a_file_that_another_job_has_too_stays_until_both_are_gone(
-    ledger: Ledger, register: BlobRegister, blobs: BlobStore
+    ledger: Ledger, blobs: BlobStore
 ) -> None:
     content = something()
     first, second = job_with(content, blobs), job_with(content, blobs)
@@ -87,12 +104,12 @@ def test_a_file_that_another_job_has_too_stays_until_both_are_gone(
     finish(ledger, second)
 
     ledger.delete(first.id)
-    register.sweep(blobs)
+    blobs.sweep()
     assert blobs.exists(second.source.digest)
 
     ledger.expire(second.id)
     ledger.delete(second.id)
-    register.sweep(blobs)
+    blobs.sweep()
     assert not blobs.exists(second.source.digest)
 
 
@@ -104,68 +121,100 @@ def test_a_leased_blob_stays_without_a_job(
     finish(ledger, job)
 
     ledger.delete(job.id)
-    register.sweep(blobs)
+    blobs.sweep()
 
     assert blobs.exists(job.source.digest)
 
 
-def test_a_job_needs_its_own_lease_no_longer_once_it_refers_to_the_blob(
-    ledger: Ledger, register: BlobRegister, blobs: BlobStore
-) -> None:
+def test_what_a_canceled_attempt_has_made_is_removed(ledger: Ledger, blobs: BlobStore) -> None:
     job = job_with(something(), blobs)
-    register.lease([job.source.digest], job.id)
-    finish(ledger, job)
-
-    ledger.delete(job.id)
-    register.sweep(blobs)
-
-    assert not blobs.exists(job.source.digest)
-
-
-def test_what_a_canceled_attempt_has_made_is_removed(
-    ledger: Ledger, register: BlobRegister, blobs: BlobStore
-) -> None:
-    job, made = job_with(something(), blobs), something()
-    artifact = Artifact(digest=blobs.put(made), media_type="x/y", filename="z", size=36)
     ledger.create(job)
     attempt = ledger.begin(job.id)
-    register.lease([artifact.digest], job.id)
+    digest = blobs.put(something(), job.id)
+    artifact = Artifact(digest=digest, media_type="x/y", filename="z", size=36)
     ledger.cancel(job.id)
 
     ledger.succeed(job.id, attempt, {"mesh": artifact})
-    register.sweep(blobs)
+    blobs.sweep()
 
-    assert not blobs.exists(artifact.digest)
+    assert not blobs.exists(digest)
 
 
 def test_a_lease_that_has_run_out_keeps_nothing(register: BlobRegister, blobs: BlobStore) -> None:
-    digest = blobs.put(something())
+    content = something()
+    digest = hashlib.sha256(content).hexdigest()
     register.lease([digest], "somebody", -1)
+    blobs.put_file(io.BytesIO(content), digest)
 
-    register.sweep(blobs)
+    blobs.sweep()
 
     assert not blobs.exists(digest)
 
 
 def test_a_short_lease_does_not_cut_a_long_one(register: BlobRegister, blobs: BlobStore) -> None:
-    digest = blobs.put(something())
-    register.lease([digest], "somebody", 60)
+    digest = blobs.put(something(), "somebody")
     register.lease([digest], "somebody", -1)
 
-    register.sweep(blobs)
+    blobs.sweep()
 
     assert blobs.exists(digest)
 
 
-def test_a_blob_that_is_being_removed_cannot_be_leased(
-    client: Redis, register: BlobRegister, monkeypatch: pytest.MonkeyPatch
+class StallingDirectory(Directory):
+    """A store whose removals take effect when the test says so."""
+
+    def __init__(self, root: Path) -> None:
+        super().__init__(root)
+        self.asked = threading.Event()
+        self.go_on = threading.Event()
+
+    def delete(self, name: str) -> None:
+        self.asked.set()
+        assert self.go_on.wait(60)
+        super().delete(name)
+
+
+def test_a_removal_that_comes_late_harms_nobody_who_stored_the_same_again(
+    ledger: Ledger, register: BlobRegister, tmp_path: Path
 ) -> None:
-    digest = hashlib.sha256(something()).hexdigest()
-    client.zadd(DOOMED_BLOBS, {digest: 0})
-    monkeypatch.setattr("worker.storage.register._PATIENCE", 0.1)
+    stalling = StallingDirectory(tmp_path)
+    slow, other = BlobStore(stalling, register), BlobStore(Directory(tmp_path), register)
+    content = something()
+    job = job_with(content, other)
+    finish(ledger, job)
+    sweeping = threading.Thread(target=slow.remove, args=[ledger.delete(job.id)])
+    sweeping.start()
+    assert stalling.asked.wait(60)
 
-    with pytest.raises(BlobBusyError):
-        register.lease([digest], "somebody")
+    other.sweep()  # another takes over from the one that stalls
+    again = job_with(content, other)
+    ledger.create(again)
+    stalling.go_on.set()
+    sweeping.join()
 
-    client.zrem(DOOMED_BLOBS, digest)
-    register.lease([digest], "somebody")
+    assert other.get(again.source.digest) == content
+
+
+def test_a_blob_of_an_earlier_version_is_read_and_removed(
+    client: Redis, ledger: Ledger, register: BlobRegister, blobs: BlobStore, tmp_path: Path
+) -> None:
+    content = something()
+    job = job_with(content, blobs)
+    digest = job.source.digest
+    finish(ledger, job)
+    # Earlier versions stored a blob under its digest alone.
+    name = f"{digest}.{client.hget(BLOB_GENERATIONS, digest)}"
+    client.hdel(BLOB_GENERATIONS, digest)
+    (tmp_path / digest[:2] / name).rename(tmp_path / digest[:2] / digest)
+
+    assert blobs.get(digest) == content
+    register.lease([digest], "somebody", -1)
+    assert blobs.get(digest) == content
+    ledger.delete(job.id)
+    blobs.sweep()
+    assert digest not in files_in(tmp_path)
+    assert not client.hexists(BLOB_REFERENCES, digest)
+
+
+def files_in(directory: Path) -> set[str]:
+    return {path.name for path in directory.rglob("*") if path.is_file()}

@@ -14,7 +14,7 @@ from service.client import Client
 from service.stack import Stack
 from tests import shapes
 from tests.holding import Hold
-from tests.integration.jobs import make_job
+from tests.integration.jobs import stored_job
 from tests.integration.outcomes import times_succeeded
 from tests.integration.restarted import restarted_stack
 from tests.integration.waiting import RECOVERY, insist, wait_for
@@ -22,9 +22,10 @@ from tests.processes import has_ended, horses_of, upkeep_of
 from worker.broker.connections import connect_bytes, connect_text
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
-from worker.jobs.records import JobRecord, StoredFile
+from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
 
 Pair = tuple[MeshFile, MeshFile]
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
@@ -84,16 +85,12 @@ def small_pair() -> Pair:
 
 
 @pytest.fixture
-def unsent_job(jobs: Ledger, settings: WorkerSettings, small_pair: Pair) -> JobRecord:
+def unsent_job(
+    jobs: Ledger, connection: Redis, settings: WorkerSettings, small_pair: Pair
+) -> JobRecord:
     """A job the ledger knows and no message is about."""
-    blobs = BlobStore.open(settings)
-    source, reference = (
-        StoredFile(name=mesh.name, digest=blobs.put(mesh.data), size=len(mesh.data))
-        for mesh in small_pair
-    )
-    record = make_job().model_copy(
-        update={"source": source, "reference": reference, "options": SMALL}
-    )
+    blobs = BlobStore.open(settings, BlobRegister(connection))
+    record = stored_job(blobs, *small_pair, options=SMALL)
     jobs.create(record)
     return record
 

@@ -38,6 +38,9 @@ def test_a_full_disk_is_said_and_all_goes_on_when_it_has_room(tmp_path: Path, pa
         with full(inside(service, data_dir)):
             wait_for(lambda: "full" in caller.submit(pair).json().get("detail", ""))
             wait_for(lambda: "full" in caller.readiness()[1])
+            unsent = caller.submit(with_other_content(pair))
+            assert (unsent.status_code, "full" in unsent.json()["detail"]) == (503, True)
+            caller.look()
             wait_for(lambda: "broker cannot be started: the disk of" in service.log.read_text())
             assert service.process.poll() is None
 
@@ -46,6 +49,11 @@ def test_a_full_disk_is_said_and_all_goes_on_when_it_has_room(tmp_path: Path, pa
         assert {caller.state(caller.accepted[each]) for each in (0, -1)} == {"succeeded"}
         assert set(caller.alive) == {200}
         assert set(caller.statuses) <= {200, 202, 503}
+
+
+def with_other_content(pair: Form) -> Form:
+    """The same meshes as files that the service does not have yet."""
+    return {side: (name, data + b"# another\n") for side, (name, data) in pair.items()}
 
 
 def inside(service: Service, path: Path) -> Path:

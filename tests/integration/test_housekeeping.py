@@ -29,8 +29,8 @@ def connection(broker: EmbeddedBroker) -> Iterator[Redis]:
 
 
 @pytest.fixture
-def blobs(tmp_path: Path) -> BlobStore:
-    return BlobStore.open(WorkerSettings(data_dir=tmp_path))
+def blobs(connection: Redis, tmp_path: Path) -> BlobStore:
+    return BlobStore.open(WorkerSettings(data_dir=tmp_path), BlobRegister(connection))
 
 
 @pytest.fixture
@@ -45,7 +45,6 @@ def keep(
                 settings,
                 ledger=Ledger(connection),
                 queue=JobQueue(settings, raw),
-                register=BlobRegister(connection),
                 blobs=blobs,
             )
 
@@ -55,10 +54,11 @@ def keep(
 @pytest.fixture
 def ended_job(ledger: Ledger, connection: Redis, blobs: BlobStore) -> JobRecord:
     """A job that ended long ago, and whose one file is there."""
-    content = make_job().id.encode()
-    digest = blobs.put(content)
-    file = make_job().source.model_copy(update={"digest": digest, "size": len(content)})
-    record = make_job().model_copy(update={"source": file, "reference": file})
+    job = make_job()
+    content = job.id.encode()
+    digest = blobs.put(content, job.id)
+    file = job.source.model_copy(update={"digest": digest, "size": len(content)})
+    record = job.model_copy(update={"source": file, "reference": file})
     ledger.create(record)
     ledger.cancel(record.id)
     age(connection, "canceled", record.id)

@@ -15,9 +15,12 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests.integration.object_store import ObjectStore, object_store
+from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.errors import DamagedFileError
+from worker.storage.register import BlobRegister
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +38,14 @@ def bucket(server: ObjectStore, monkeypatch: pytest.MonkeyPatch) -> ObjectStore:
 
 
 @pytest.fixture
-def blobs(bucket: ObjectStore) -> BlobStore:
-    return BlobStore.open(WorkerSettings(blob_url=bucket.url))
+def register(broker: EmbeddedBroker) -> Iterator[BlobRegister]:
+    with connect_text(broker.url) as client:
+        yield BlobRegister(client)
+
+
+@pytest.fixture
+def blobs(bucket: ObjectStore, register: BlobRegister) -> BlobStore:
+    return BlobStore.open(WorkerSettings(blob_url=bucket.url), register)
 
 
 def objects_in(bucket: ObjectStore) -> list[str]:
@@ -44,30 +53,47 @@ def objects_in(bucket: ObjectStore) -> list[str]:
 
 
 def test_equal_contents_are_one_object(blobs: BlobStore, bucket: ObjectStore) -> None:
-    digest = blobs.put(b"twice")
+    digest = blobs.put(b"twice", "one")
 
-    assert blobs.put(b"twice") == digest == hashlib.sha256(b"twice").hexdigest()
+    assert blobs.put(b"twice", "two") == digest == hashlib.sha256(b"twice").hexdigest()
     assert blobs.get(digest) == b"twice"
-    assert [path for path in objects_in(bucket) if path.endswith(digest)] == [
-        f"{digest[:2]}/{digest}"
-    ]
+    [path] = [path for path in objects_in(bucket) if digest in path]
+    assert path.startswith(f"{digest[:2]}/{digest}.")
 
 
 def test_a_file_too_large_for_one_request_is_stored_in_parts(blobs: BlobStore) -> None:
     content = bytes(range(256)) * 65_536  # 16 MiB
 
-    digest = blobs.put_file(io.BytesIO(content))
+    digest = blobs.put(content, "test")
 
     assert blobs.get(digest) == content
 
 
-def test_a_deleted_object_is_gone_and_may_be_deleted_again(blobs: BlobStore) -> None:
-    digest = blobs.put(b"short-lived")
+def test_a_damaged_object_is_set_aside_and_healed(blobs: BlobStore, bucket: ObjectStore) -> None:
+    digest = blobs.put(b"sound", "test")
+    [path] = [path for path in objects_in(bucket) if digest in path]
+    obstore.put(from_url(bucket.url), path, b"other")
 
-    for _ in range(2):
-        blobs.delete(digest)
+    with pytest.raises(DamagedFileError):
+        blobs.chunks(digest)
+    blobs.put(b"sound", "test")
 
-    assert not blobs.exists(digest)
+    assert b"".join(blobs.chunks(digest)) == b"sound"
+
+
+def test_a_removed_object_is_gone_and_may_be_removed_again(
+    blobs: BlobStore, register: BlobRegister, bucket: ObjectStore
+) -> None:
+    content = b"short-lived"
+    digest = hashlib.sha256(content).hexdigest()
+    register.lease([digest], "test", -1)
+    blobs.put_file(io.BytesIO(content), digest)
+    [name] = [path.rpartition("/")[2] for path in objects_in(bucket) if digest in path]
+
+    blobs.sweep()
+    blobs.remove([name])
+
+    assert not any(digest in path for path in objects_in(bucket))
     with pytest.raises(FileNotFoundError):
         blobs.get(digest)
 

@@ -16,15 +16,16 @@ from meshcone.files import MeshFile
 from meshcone.options import OPTIONS_VERSION
 from service.api.schemas import Job
 from tests import older, shapes
-from tests.integration.jobs import make_job
+from tests.integration.jobs import stored_job
 from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
-from worker.jobs.records import JobRecord, StoredFile
+from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
 
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
 PATIENCE = 60.0  # seconds
@@ -82,20 +83,15 @@ def test_an_older_worker_does_not_take_the_job_again_at_once(
 
 def sent(settings: WorkerSettings, ledger: Ledger, version: int) -> JobRecord:
     """A queued job that a program with some version of the options took in."""
-    blobs = BlobStore.open(settings)
     vertices, faces = shapes.sphere(1)
-
-    def stored(mesh: MeshFile) -> StoredFile:
-        return StoredFile(name=mesh.name, digest=blobs.put(mesh.data), size=len(mesh.data))
-
-    record = make_job().model_copy(
-        update={
-            "source": stored(MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))),
-            "reference": stored(MeshFile("ball.obj", shapes.obj(vertices, faces))),
-            "options": SMALL,
-            "options_version": version,
-        }
-    )
+    with connect_text(settings.required_redis_url()) as connected:
+        record = stored_job(
+            BlobStore.open(settings, BlobRegister(connected)),
+            MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces)),
+            MeshFile("ball.obj", shapes.obj(vertices, faces)),
+            options=SMALL,
+            options_version=version,
+        )
     ledger.create(record)
     with connect_bytes(settings.required_redis_url()) as connection:
         JobQueue(settings, connection).enqueue(record.id)

@@ -13,15 +13,16 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests.holding import Hold
-from tests.integration.jobs import make_job
+from tests.integration.jobs import make_job, stored_job
 from tests.integration.waiting import wait_for
 from tests.processes import has_ended, horses_of
 from worker.broker.connections import connect_bytes, connect_text
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
-from worker.jobs.records import JobRecord, StoredFile
+from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
 
 PATIENCE = 60.0  # seconds
 
@@ -73,8 +74,9 @@ def test_a_file_that_only_the_worker_reads_fails_with_the_readers_message(
     stack: Stack, client: Client, service_ledger: Ledger, data_dir: Path
 ) -> None:
     settings = WorkerSettings(data_dir=data_dir)
-    empty = stored(BlobStore.open(settings), MeshFile("empty.obj", b""))
-    record = make_job().model_copy(update={"source": empty, "reference": empty})
+    with connect_text(stack.redis_url) as connected:
+        blobs = BlobStore.open(settings, BlobRegister(connected))
+        record = stored_job(blobs, MeshFile("empty.obj", b""))
     service_ledger.create(record)
     with connect_bytes(stack.redis_url) as connection:
         JobQueue(settings, connection).enqueue(record.id)
@@ -114,10 +116,6 @@ def test_horse_ends_with_its_worker(
         os.kill(worker, signal.SIGKILL)
 
         wait_for(lambda: has_ended(horse))
-
-
-def stored(blobs: BlobStore, mesh: MeshFile) -> StoredFile:
-    return StoredFile(name=mesh.name, digest=blobs.put(mesh.data), size=len(mesh.data))
 
 
 def kill_horse(stack: Stack, ledger: Ledger, job_id: str, attempt: int) -> None:

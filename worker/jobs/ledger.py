@@ -265,9 +265,16 @@ class Ledger:
         step = {"id": job_id, "expired": json.dumps(_now())}
         _accept(job_id, *self._run(self._expire, job_id, step))
 
-    def delete(self, job_id: str) -> None:
-        """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is."""
-        _accept(job_id, *self._run(self._delete, job_id, {"id": job_id}))
+    def delete(self, job_id: str) -> list[str]:
+        """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is.
+
+        Returns:
+            Names in the file store that nobody needs any more.
+        """
+        step = json.dumps({"id": job_id})
+        answer, state, attempt, doomed = self._delete([*job_keys(job_id)], [step])
+        _accept(job_id, answer, state, attempt)
+        return list(doomed)
 
     def _step(
         self,

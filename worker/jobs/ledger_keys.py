@@ -21,6 +21,7 @@ COUNTERS = "meshcone:counters"
 WEBHOOKS = "meshcone:webhooks"
 BLOB_REFERENCES = "meshcone:blobs:references"
 BLOB_LEASES = "meshcone:blobs:leases"
+BLOB_GENERATIONS = "meshcone:blobs:generations"
 DOOMED_BLOBS = "meshcone:blobs:doomed"
 
 

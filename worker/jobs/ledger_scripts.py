@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from worker.jobs import ledger_keys as keys
 from worker.jobs import outbox
+from worker.jobs.blob_scripts import NEED
 
 EVENTS_KEPT = 256
 """Events kept of a job; what falls out can be read from the job itself."""
@@ -58,14 +59,7 @@ local function announce(state, attempt)
   write_webhook(state, attempt)
 end
 
--- A blob is needed as often as jobs and leases name it; see worker.storage.register.
-local function need(digest, times)
-  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, times) <= 0 then
-    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
-    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
-  end
-end
-
+{NEED}
 local function end_lease(digest)
   if redis.call('ZREM', '{keys.BLOB_LEASES}', digest .. '/' .. step.id) == 1 then
     need(digest, -1)
@@ -79,9 +73,14 @@ local function hold(digests)
   end
 end
 
+-- Answers the names of the files that nobody needs any more.
 local function let_go()
-  for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do need(digest, -1) end
+  local doomed = {{}}
+  for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do
+    doomed[#doomed + 1] = need(digest, -1)
+  end
   redis.call('DEL', blobs)
+  return doomed
 end
 
 local function count(counters)
@@ -221,12 +220,12 @@ return {{{ACCEPTED}, state, attempt}}
 DELETE = (
     _PRELUDE
     + f"""
--- step: id
+-- step: id; answers the names of the files that nobody needs any more, too
 local state, attempt = found()
 if state == '' or state == 'queued' or state == 'running' then
-  return {{{REFUSED}, state, attempt}}
+  return {{{REFUSED}, state, attempt, {{}}}}
 end
-let_go()
+local doomed = let_go()
 for _, label in ipairs(cjson.decode(redis.call('HGET', job, 'labels') or '[]')) do
   redis.call('ZREM', 'meshcone:index:label:' .. label, step.id)
 end
@@ -240,55 +239,6 @@ for _, place in ipairs({{'{keys.ALL_JOBS}', 'meshcone:index:state:' .. state,
 end
 redis.call('HINCRBY', '{keys.COUNTERS}', 'deleted', 1)
 redis.call('DEL', job, events)
-return {{{ACCEPTED}, state, attempt}}
+return {{{ACCEPTED}, state, attempt, doomed}}
 """
 )
-
-LEASE = f"""
--- ARGV: seconds, holder, then digests. Answers those that are being removed, of which none
--- is leased.
-local doomed = {{}}
-for index = 3, #ARGV do
-  if redis.call('ZSCORE', '{keys.DOOMED_BLOBS}', ARGV[index]) then
-    doomed[#doomed + 1] = ARGV[index]
-  end
-end
-if #doomed > 0 then return doomed end
-local time = redis.call('TIME')
-for index = 3, #ARGV do
-  local lease = ARGV[index] .. '/' .. ARGV[2]
-  if not redis.call('ZSCORE', '{keys.BLOB_LEASES}', lease) then
-    redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', ARGV[index], 1)
-  end
-  redis.call('ZADD', '{keys.BLOB_LEASES}', 'GT', time[1] + ARGV[1], lease)
-end
-return doomed
-"""
-
-END_LEASES = f"""
--- ARGV[1]: how many leases to look at. Ends those that have run out.
-local time = redis.call('TIME')
-local over = redis.call('ZRANGEBYSCORE', '{keys.BLOB_LEASES}', '-inf', time[1],
-                        'LIMIT', 0, ARGV[1])
-for _, lease in ipairs(over) do
-  redis.call('ZREM', '{keys.BLOB_LEASES}', lease)
-  local digest = string.match(lease, '^[^/]*')
-  if redis.call('HINCRBY', '{keys.BLOB_REFERENCES}', digest, -1) <= 0 then
-    redis.call('HDEL', '{keys.BLOB_REFERENCES}', digest)
-    redis.call('ZADD', '{keys.DOOMED_BLOBS}', 0, digest)
-  end
-end
-return #over
-"""
-
-TAKE_DOOMED = f"""
--- ARGV: how many, seconds. Answers doomed blobs that nobody is removing; they are the
--- caller's to remove for so many seconds.
-local time = redis.call('TIME')
-local taken = redis.call('ZRANGEBYSCORE', '{keys.DOOMED_BLOBS}', '-inf', time[1],
-                         'LIMIT', 0, ARGV[1])
-for _, digest in ipairs(taken) do
-  redis.call('ZADD', '{keys.DOOMED_BLOBS}', time[1] + ARGV[2], digest)
-end
-return taken
-"""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -28,11 +27,6 @@ class ArtifactFile:
     data: bytes
     media_type: str
     filename: str
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of its bytes, in hexadecimal digits."""
-        return hashlib.sha256(self.data).hexdigest()
 
 
 @dataclass(frozen=True)

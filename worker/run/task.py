@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import structlog
-from obstore.exceptions import BaseError as BlobStoreError
 from redis.exceptions import RedisError
 
 from meshcone.errors import (
@@ -41,7 +40,8 @@ from worker.run.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
 from worker.run.time_limit import TimeLimitReached, time_limit
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
-from worker.storage.register import BlobBusyError, BlobRegister
+from worker.storage.errors import DamagedFileError, StoreError
+from worker.storage.register import BlobRegister
 
 logger = logging.getLogger(__name__)
 
@@ -62,13 +62,13 @@ def run(job_id: str, attempt: int) -> int:
     try:
         record = patiently(partial(ledger.get, job_id))
         structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
-        results = _Results(job_id, BlobStore.open(settings), BlobRegister(client))
+        results = _Results(job_id, BlobStore.open(settings, BlobRegister(client)))
         report = ProgressReporter(ledger, job_id, attempt)
         patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
     except (TransitionRefusedError, UnknownJobError) as refusal:
         # Canceled, or taken up by another worker that thought this one dead.
         logger.warning("left alone: %s", refusal)
-    except (RedisError, BlobStoreError, BlobBusyError):
+    except (RedisError, StoreError):
         logger.exception("broker or file store failed under job %s", job_id)
         return os.EX_TEMPFAIL
     return os.EX_OK
@@ -96,7 +96,7 @@ def _last_step(
     error: MeshConeError
     try:
         artifacts, made = job.done()
-    except (RedisError, BlobStoreError, BlobBusyError, TransitionRefusedError, UnknownJobError):
+    except (RedisError, StoreError, TransitionRefusedError, UnknownJobError):
         raise
     except CancelRequestedError:
         return partial(ledger.end_canceled, record.id, attempt)
@@ -149,9 +149,16 @@ def _work(
 def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:
     return MeshFile(
         file.name,
-        blobs.get(file.digest),
-        {resource.name: blobs.get(resource.digest) for resource in resources},
+        _content(blobs, file),
+        {resource.name: _content(blobs, resource) for resource in resources},
     )
+
+
+def _content(blobs: BlobStore, file: StoredFile) -> bytes:
+    try:
+        return blobs.get(file.digest)
+    except DamagedFileError as error:  # another attempt would find the same
+        raise InternalError(str(error), file=file.name) from None
 
 
 @dataclass(frozen=True)
@@ -160,13 +167,11 @@ class _Results:
 
     job_id: str
     blobs: BlobStore
-    register: BlobRegister
 
     def store(self, files: Mapping[str, ArtifactFile]) -> dict[str, Artifact]:
-        self.register.lease({file.digest for file in files.values()}, self.job_id)
         return {
             name: Artifact(
-                digest=self.blobs.put(file.data),
+                digest=self.blobs.put(file.data, self.job_id),
                 media_type=file.media_type,
                 filename=file.filename,
                 size=len(file.data),

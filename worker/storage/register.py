@@ -1,44 +1,46 @@
-"""Which blobs are needed, and which can be removed.
+"""Which blobs are needed, under which names, and which can be removed.
 
 A blob is needed while a job refers to it, or somebody holds a *lease*: whoever is about to
 store a blob, or to name one that is there, takes a lease first. The step of the ledger that
-makes a job refer to a blob ends the job's lease. A blob that nobody needs is *doomed*, and
-stays so until it is gone from the store; a lease on a doomed blob is refused, so that nobody
-counts on a file that is about to vanish. Every blob was leased before it was stored, so none
-is ever unknown here and the store itself is never searched.
+makes a job refer to a blob ends the job's lease.
 
-References are counted by the ledger's steps (:mod:`worker.jobs.ledger_scripts`).
+A blob that becomes needed gets a *generation*, and is stored under its digest and that. When
+nobody needs it any more, its generation is forgotten and its name is *doomed*: to be removed,
+and never used again. The same content, needed once more, gets another generation. So the
+removal of a name harms nobody, however late it reaches the store.
+
+Every blob was leased before it was stored, so none is ever unknown here and the store itself
+is never searched. Blobs of earlier versions are stored under their digest alone; they are
+needed, and have no generation.
+
+References are counted by the ledger's steps (:mod:`worker.jobs.blob_scripts`).
 """
 
 from __future__ import annotations
 
-import time
+import secrets
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from worker.jobs import ledger_scripts
+from worker.jobs import blob_scripts
 from worker.jobs.ledger_keys import DOOMED_BLOBS
 
 if TYPE_CHECKING:
     from redis import Redis
 
-    from worker.storage.blobs import BlobStore
-
 LEASE_SECONDS = 3600
 """Far longer than from storing a file to the step that refers to it."""
 
-_PATIENCE = 5.0  # seconds to wait for a removal that is under way
+DAMAGED_SECONDS = 7 * 86_400
+"""How long a damaged file stays where it is, to be looked at."""
+
 _EXAMINED_AT_ONCE = 1000
 _REMOVED_AT_ONCE = 20
-_REMOVAL_SECONDS = 60  # to remove those, after which another may try
-
-
-class BlobBusyError(Exception):
-    """The blob is being removed; a moment later it can be stored again."""
+_REMOVAL_SECONDS = 60  # to remove those, after which another tries too
 
 
 class BlobRegister:
-    """Leases on blobs, and the blobs nobody needs.
+    """Leases on blobs, their names, and the names nobody needs.
 
     Args:
         client: a connection whose replies are strings.
@@ -46,9 +48,11 @@ class BlobRegister:
 
     def __init__(self, client: Redis) -> None:
         self._client = client
-        self._lease = client.register_script(ledger_scripts.LEASE)
-        self._end_leases = client.register_script(ledger_scripts.END_LEASES)
-        self._take = client.register_script(ledger_scripts.TAKE_DOOMED)
+        self._lease = client.register_script(blob_scripts.LEASE)
+        self._end_leases = client.register_script(blob_scripts.END_LEASES)
+        self._take = client.register_script(blob_scripts.TAKE_DOOMED)
+        self._name = client.register_script(blob_scripts.NAME_OF)
+        self._set_aside = client.register_script(blob_scripts.SET_ASIDE)
 
     def lease(self, digests: Iterable[str], holder: str, seconds: int = LEASE_SECONDS) -> None:
         """Keep blobs, there already or soon to be, for a time.
@@ -57,32 +61,36 @@ class BlobRegister:
             digests: the blobs.
             holder: for whom: the id of the job that will refer to them, or another name.
             seconds: how long at least; taken again, a lease is only ever made longer.
-
-        Raises:
-            BlobBusyError: one is being removed, and was not gone within five seconds.
         """
-        arguments: list[str | int] = [seconds, holder, *digests]
-        deadline = time.monotonic() + _PATIENCE
-        while self._lease([], arguments):
-            if time.monotonic() > deadline:
-                raise BlobBusyError
-            time.sleep(0.05)
+        self._lease([], [seconds, holder, _generation(), *digests])
 
-    def sweep(self, blobs: BlobStore) -> int:
-        """Remove the blobs nobody needs, and return how many they were. Repeatable.
+    def name_of(self, digest: str) -> str | None:
+        """Under what name a blob is in the store, or is to be; None if nobody needs it."""
+        return self._name([], [digest]) or None
 
-        It can be interrupted anywhere, and two can be under way at once.
+    def set_aside(self, digest: str, name: str) -> bool:
+        """Have a blob that is damaged stored under another name from now on.
+
+        The damaged one can be looked at for a while, and is then removed.
+
+        Returns:
+            Whether it had this name still.
         """
+        return bool(self._set_aside([], [digest, name, _generation(), DAMAGED_SECONDS]))
+
+    def end_leases(self) -> None:
+        """End the leases that have run out."""
         while self._end_leases([], [_EXAMINED_AT_ONCE]) == _EXAMINED_AT_ONCE:
             pass
-        removed = 0
-        while taken := self._take([], [_REMOVED_AT_ONCE, _REMOVAL_SECONDS]):
-            # One that was taken too long ago may be another's by now, and even leased again.
-            deadline = time.monotonic() + _REMOVAL_SECONDS / 2
-            for digest in taken:
-                if time.monotonic() > deadline:
-                    break
-                blobs.delete(digest)
-                self._client.zrem(DOOMED_BLOBS, digest)
-                removed += 1
-        return removed
+
+    def take_doomed(self) -> list[str]:
+        """Names to be removed, a few at once; nobody else is given them for a minute."""
+        return [str(name) for name in self._take([], [_REMOVED_AT_ONCE, _REMOVAL_SECONDS])]
+
+    def forget(self, name: str) -> None:
+        """Note that a name is removed."""
+        self._client.zrem(DOOMED_BLOBS, name)
+
+
+def _generation() -> str:
+    return secrets.token_hex(8)

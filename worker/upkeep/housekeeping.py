@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from worker.jobs.queue import JobQueue
     from worker.settings import WorkerSettings
     from worker.storage.blobs import BlobStore
-    from worker.storage.register import BlobRegister
 
 logger = logging.getLogger(__name__)
 
@@ -26,13 +25,11 @@ class Housekeeper:
         *,
         ledger: Ledger,
         queue: JobQueue,
-        register: BlobRegister,
         blobs: BlobStore,
     ) -> None:
         self._settings = settings
         self._ledger = ledger
         self._queue = queue
-        self._register = register
         self._blobs = blobs
 
     def tidy(self) -> None:
@@ -48,9 +45,12 @@ class Housekeeper:
                 self._ledger.delete(job_id)
             except (TransitionRefusedError, UnknownJobError) as refusal:
                 logger.info("not deleted: %s", refusal)
-        removed = self._register.sweep(self._blobs)
+        removed = self._blobs.sweep()
         if removed:
             logger.info("removed %d files nobody needs", removed)
+        unfinished = self._blobs.clear_unfinished()
+        if unfinished:
+            logger.info("removed %d files that nobody finished writing", unfinished)
 
     def _due(self) -> list[str]:
         if not self._settings.result_ttl:

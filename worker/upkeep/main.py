@@ -17,7 +17,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from obstore.exceptions import BaseError as BlobStoreError
 from redis.exceptions import LockError, RedisError
 
 from meshcone.settings import load_settings
@@ -30,6 +29,7 @@ from worker.lifeline import tied_command
 from worker.logs import configure_logging
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.errors import StoreError
 from worker.storage.register import BlobRegister
 from worker.upkeep.housekeeping import Housekeeper
 from worker.upkeep.reconciler import Reconciler
@@ -80,8 +80,8 @@ def every(seconds: float, turn: Turn, work: Callable[[], None], missed: Callable
         except RedisError as error:
             outage.is_away(error)
             missed()
-        except BlobStoreError:
-            logger.exception("the file store cannot be used")
+        except StoreError as error:
+            logger.error("%s", error)
         time.sleep(seconds)
 
 
@@ -100,8 +100,7 @@ def main() -> None:
         settings,
         ledger=ledger,
         queue=queue,
-        register=BlobRegister(client),
-        blobs=BlobStore.open(settings),
+        blobs=BlobStore.open(settings, BlobRegister(client)),
     )
     # A file store that hangs must not keep the reconciler from its work.
     threading.Thread(

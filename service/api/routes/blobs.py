@@ -14,7 +14,7 @@ from starlette.datastructures import UploadFile
 
 from service.api.context import Context, ContextDependency
 from service.problems import ProblemError, problem
-from worker.storage.register import BlobBusyError
+from worker.storage.errors import DamagedFileError
 
 router = APIRouter(prefix="/v1/blobs", tags=["files"])
 
@@ -83,7 +83,7 @@ def head_blob(sha256: Digest, context: ContextDependency) -> Response:
     """Whether a file is there, and need not be sent."""
     try:
         size = context.blobs.size(sha256)
-    except FileNotFoundError:
+    except (FileNotFoundError, DamagedFileError):
         raise ProblemError(problem("not-found", "there is no file of this hash")) from None
     headers = {"Content-Length": str(size), "ETag": f'"{sha256}"'}
     return Response(headers=headers, media_type="application/octet-stream")
@@ -91,14 +91,5 @@ def head_blob(sha256: Digest, context: ContextDependency) -> Response:
 
 def _keep(upload: UploadFile, sha256: str, context: Context) -> bool:
     """Store a file, and return whether it is new."""
-    try:
-        context.register.lease([sha256], _HOLDER, context.settings.upload_ttl)
-    except BlobBusyError:
-        raise ProblemError(
-            problem("unavailable", "a file of this content is being removed; try again"),
-            {"Retry-After": "1"},
-        ) from None
-    if context.blobs.exists(sha256):
-        return False
-    context.blobs.put_file(upload.file)
-    return True
+    context.register.lease([sha256], _HOLDER, context.settings.upload_ttl)
+    return context.blobs.put_file(upload.file, sha256)

@@ -13,6 +13,7 @@ from service.api.context import ContextDependency
 from service.problems import MEDIA_TYPE, ProblemError, broker_problem, problem
 from service.settings import ServiceSettings
 from worker.disk import has_room
+from worker.storage.local import ROOM_LEFT
 
 router = APIRouter(tags=["health"])
 
@@ -74,7 +75,7 @@ def _store_trouble(settings: ServiceSettings) -> str | None:
     if settings.blob_url is not None:
         return None
     try:
-        if not has_room(settings.data_dir):
+        if not has_room(settings.data_dir, ROOM_LEFT):
             return "the disk of the data directory is full; work goes on when it has room"
         with TemporaryFile(dir=settings.data_dir / "blobs", buffering=0) as probe:
             probe.write(b"ready")

@@ -7,7 +7,7 @@ import binascii
 import uuid
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Response, status
+from fastapi import APIRouter, BackgroundTasks, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
 from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList, ListedJob
@@ -111,17 +111,18 @@ def cancel_job(record: FoundJob, context: ContextDependency, response: Response)
     responses=_DELETED,
     summary="Delete a job",
 )
-def delete_job(record: FoundJob, context: ContextDependency) -> None:
+def delete_job(record: FoundJob, context: ContextDependency, later: BackgroundTasks) -> None:
     """Remove a job that has ended, with the files that no other job has."""
     try:
-        context.ledger.delete(record.id)
+        unneeded = context.ledger.delete(record.id)
     except TransitionRefusedError as refusal:
         raise ProblemError(
             problem("not-finished", f"the job is {refusal.state}: cancel it first")
         ) from None
     except UnknownJobError:
         raise _unknown() from None
-    context.register.sweep(context.blobs)
+    # A file store can be slow; what is not removed now, housekeeping removes.
+    later.add_task(context.blobs.remove, unneeded)
 
 
 def _unknown() -> ProblemError:

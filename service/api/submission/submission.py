@@ -27,7 +27,7 @@ from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import KeyReusedError, QueueFullError, UnknownJobError
 from worker.jobs.records import JobRecord, StoredFile
 from worker.storage.blobs import BlobStore, digest_of
-from worker.storage.register import BlobBusyError
+from worker.storage.errors import DamagedFileError
 
 if TYPE_CHECKING:
     from service.api.sender import Sender
@@ -57,7 +57,7 @@ class IncomingFile:
     def keep(self, blobs: BlobStore) -> None:
         """Have it in the store."""
         if self.upload is not None:
-            blobs.put_file(self.upload.file)
+            blobs.put_file(self.upload.file, self.stored.digest)
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def accept(
 def _enter(
     record: JobRecord, submission: Submission, claim: Claim | None, context: Context
 ) -> JobRecord:
-    _lease({file.stored.digest for file in submission.files}, record.id, context)
+    context.register.lease({file.stored.digest for file in submission.files}, record.id)
     for file in submission.files:
         file.keep(context.blobs)
     key = None
@@ -252,26 +252,16 @@ def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> Incomi
         stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
         return IncomingFile(stored, file)
     # Leased before it is looked for: what is found then stays.
-    _lease({file.sha256}, job_id, context)
+    context.register.lease({file.sha256}, job_id)
     try:
         size = context.blobs.size(file.sha256)
-    except FileNotFoundError:
+    except (FileNotFoundError, DamagedFileError):
         raise InputError(
             f"there is no file with the SHA-256 {file.sha256}; send it first, "
             f"by PUT /v1/blobs/{file.sha256}",
             file=file.name,
         ) from None
     return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size), None)
-
-
-def _lease(digests: set[str], job_id: str, context: Context) -> None:
-    try:
-        context.register.lease(digests, job_id)
-    except BlobBusyError:
-        raise ProblemError(
-            problem("unavailable", "a file of this content is being removed; try again"),
-            {"Retry-After": "1"},
-        ) from None
 
 
 def _known(job_id: str, context: Context) -> JobRecord:

@@ -1,0 +1,105 @@
+"""How the broker counts who needs a blob; see :mod:`worker.storage.register`.
+
+`references` has, by digest, how many jobs and leases need a blob, `generations` the second
+half of its name in the store, `leases` when each ends, and `doomed` the names to be removed,
+each with the time before which nobody is to do so.
+"""
+
+from __future__ import annotations
+
+from worker.jobs.ledger_keys import (
+    BLOB_GENERATIONS,
+    BLOB_LEASES,
+    BLOB_REFERENCES,
+    DOOMED_BLOBS,
+)
+
+_NAME = f"""
+-- A blob of an earlier version has no generation.
+local function blob_name(digest)
+  local generation = redis.call('HGET', '{BLOB_GENERATIONS}', digest)
+  return generation and digest .. '.' .. generation or digest
+end
+
+local function is_needed(digest)
+  return redis.call('HEXISTS', '{BLOB_GENERATIONS}', digest) == 1
+      or redis.call('HEXISTS', '{BLOB_REFERENCES}', digest) == 1
+end
+"""
+
+NEED = (
+    _NAME
+    + f"""
+-- A blob is needed as often as jobs and leases name it. Answers its name if it is not any more.
+local function need(digest, times)
+  if redis.call('HINCRBY', '{BLOB_REFERENCES}', digest, times) > 0 then return nil end
+  local name = blob_name(digest)
+  redis.call('ZADD', '{DOOMED_BLOBS}', 0, name)
+  redis.call('HDEL', '{BLOB_REFERENCES}', digest)
+  redis.call('HDEL', '{BLOB_GENERATIONS}', digest)
+  return name
+end
+"""
+)
+
+LEASE = (
+    NEED
+    + f"""
+-- ARGV: seconds, holder, a new generation, then digests
+local time = redis.call('TIME')
+for index = 4, #ARGV do
+  local digest = ARGV[index]
+  if not is_needed(digest) then
+    redis.call('HSET', '{BLOB_GENERATIONS}', digest, ARGV[3])
+  end
+  local lease = digest .. '/' .. ARGV[2]
+  if not redis.call('ZSCORE', '{BLOB_LEASES}', lease) then need(digest, 1) end
+  redis.call('ZADD', '{BLOB_LEASES}', 'GT', time[1] + ARGV[1], lease)
+end
+"""
+)
+
+END_LEASES = (
+    NEED
+    + f"""
+-- ARGV[1]: how many leases to look at. Ends those that have run out.
+local time = redis.call('TIME')
+local over = redis.call('ZRANGEBYSCORE', '{BLOB_LEASES}', '-inf', time[1], 'LIMIT', 0, ARGV[1])
+for _, lease in ipairs(over) do
+  redis.call('ZREM', '{BLOB_LEASES}', lease)
+  need(string.match(lease, '^[^/]*'), -1)
+end
+return #over
+"""
+)
+
+NAME_OF = (
+    _NAME
+    + """
+-- ARGV[1]: a digest. Answers the blob's name, or '' if nobody needs it.
+return is_needed(ARGV[1]) and blob_name(ARGV[1]) or ''
+"""
+)
+
+SET_ASIDE = (
+    _NAME
+    + f"""
+-- ARGV: digest, name, a new generation, seconds. Gives a blob that has this name another,
+-- and removes what is under the old one after so many seconds. Answers whether it had it.
+if not is_needed(ARGV[1]) or blob_name(ARGV[1]) ~= ARGV[2] then return 0 end
+redis.call('HSET', '{BLOB_GENERATIONS}', ARGV[1], ARGV[3])
+redis.call('ZADD', '{DOOMED_BLOBS}', redis.call('TIME')[1] + ARGV[4], ARGV[2])
+return 1
+"""
+)
+
+TAKE_DOOMED = f"""
+-- ARGV: how many, seconds. Answers names that nobody is removing; they are the caller's to
+-- remove for so many seconds.
+local time = redis.call('TIME')
+local taken = redis.call('ZRANGEBYSCORE', '{DOOMED_BLOBS}', '-inf', time[1], 'LIMIT', 0, ARGV[1])
+for _, name in ipairs(taken) do
+  redis.call('ZADD', '{DOOMED_BLOBS}', time[1] + ARGV[2], name)
+end
+return taken
+"""

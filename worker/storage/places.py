@@ -1,0 +1,52 @@
+"""Where the bytes of blobs are: what a directory and a bucket have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Protocol
+from urllib.parse import unquote, urlsplit
+
+from worker.storage.bucket import Bucket
+from worker.storage.local import Directory
+from worker.storage.versions import Version
+
+if TYPE_CHECKING:
+    from worker.settings import WorkerSettings
+
+
+class Place(Protocol):
+    """Bytes by name; a name has two digits, a slash and more.
+
+    What is written is complete, and survives a loss of power, as soon as ``write`` returns;
+    before that it cannot be seen. Every method raises :class:`StoreError` where the place
+    cannot be used, and those that read raise ``FileNotFoundError`` where nothing has the name.
+    """
+
+    def version(self, name: str) -> Version:
+        """What is there."""
+
+    def write(self, name: str, file: IO[bytes]) -> None:
+        """Put an open file's whole content there, without holding it in memory."""
+
+    def settle(self, name: str) -> None:
+        """Have what somebody else wrote there survive a loss of power too."""
+
+    def stream(self, name: str, part: range | None = None) -> Iterator[bytes]:
+        """What is there, or at the positions of ``part``, in pieces; looked for at once."""
+
+    def delete(self, name: str) -> None:
+        """Remove what is there, if anything is."""
+
+    def clear_unfinished(self) -> int:
+        """Remove what writers that died have left, and return how many files that was."""
+
+
+def open_place(settings: WorkerSettings) -> Place:
+    """The place an installation is configured with."""
+    url = settings.blob_url
+    if url is None:
+        return Directory(settings.data_dir / "blobs")
+    if url.startswith("file://"):
+        return Directory(Path(unquote(urlsplit(url).path)))
+    return Bucket.open(url)
