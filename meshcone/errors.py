@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from meshcone.text import as_text
+
 ErrorKind = Literal["input", "limit", "infeasible", "timeout", "memory", "crash", "internal"]
 
 
@@ -26,10 +28,10 @@ class MeshConeError(Exception):
     kind: ClassVar[ErrorKind] = "internal"
 
     def __init__(self, message: str, *, file: str | None = None, place: str | None = None) -> None:
-        super().__init__(message)
-        self.message = message
-        self.file = file
-        self.place = place
+        self.message = as_text(message)  # a sender's file can name things by half a character
+        super().__init__(self.message)
+        self.file = None if file is None else as_text(file)
+        self.place = None if place is None else as_text(place)
 
     def __str__(self) -> str:
         where = ", ".join(part for part in (self.file, self.place) if part)

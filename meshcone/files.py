@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from meshcone.text import as_text
+
 
 @dataclass(frozen=True)
 class MeshFile:
@@ -21,6 +23,10 @@ class MeshFile:
     name: str
     data: bytes = field(repr=False)
     resources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        # A file system's name need not be text, but reports and messages are.
+        object.__setattr__(self, "name", as_text(self.name))
 
     @cached_property
     def sha256(self) -> str:

@@ -9,6 +9,7 @@ from urllib.parse import unquote
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.text import is_text
 
 _BEGINNING = 1024  # bytes; white space before a document is short
 
@@ -91,5 +92,5 @@ def _named_files(data: bytes) -> Iterator[str]:
         uri = buffer.get("uri") if isinstance(buffer, dict) else None
         if isinstance(uri, str) and not uri.startswith("data:"):
             name = unquote(uri).removeprefix("./")
-            if name == Path(name).name and "\0" not in name:
+            if name == Path(name).name and "\0" not in name and is_text(name):
                 yield name

@@ -19,6 +19,7 @@ from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
 from meshcone.errors import ErrorKind, MeshConeError
+from meshcone.text import as_text
 from worker.disk import has_room
 from worker.jobs.records import JobError
 from worker.storage.errors import DamagedFileError, StoreError
@@ -121,17 +122,12 @@ def problem(
         type=TYPE_PREFIX + name,
         title=problem_type.title,
         status=problem_type.status,
-        detail=_as_text(detail),
+        detail=as_text(detail),
         kind=problem_type.kind,
-        file=None if file is None else _as_text(file),
-        place=None if place is None else _as_text(place),
+        file=None if file is None else as_text(file),
+        place=None if place is None else as_text(place),
         error=error,
     )
-
-
-def _as_text(words: str) -> str:
-    # What is wrong with a text can stand in the words about it, and must not break the answer.
-    return words.encode(errors="backslashreplace").decode()
 
 
 def problem_of(error: MeshConeError | JobError) -> Problem:

@@ -14,6 +14,7 @@ from meshcone.library.keywords import OptionKeywords, options_from, plain
 from meshcone.library.results import Measured, Refined, Verdict
 from meshcone.local_files import read_bytes
 from meshcone.outputs import certificate_path
+from meshcone.text import as_text
 from meshcone.threads import one_thread
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def gate(
         raise InputError("'gates' is given twice")
     asset = load_unread(source, "source")
     if name is None:
-        name = asset.name if asset.path is None else asset.path.as_posix()
+        name = asset.name if asset.path is None else as_text(asset.path.as_posix())
     table = _gate_file(gates, mode).for_asset(name)
     resolved = resolved.model_copy(update={"gates": dict(table)})
     held = load_unread(reference, "reference")

@@ -12,6 +12,7 @@ from meshcone.errors import InputError
 from meshcone.gates.rules import GateRule
 from meshcone.options.everything import Options
 from meshcone.suggestions import did_you_mean
+from meshcone.text import is_text
 
 
 def parse_options(document: Mapping[str, Any]) -> Options:
@@ -93,15 +94,6 @@ def _require_text(document: Mapping[str, Any]) -> None:
             waiting.extend((f"{path}.{name}" if path else str(name), value[name]) for name in value)
         elif isinstance(value, list | tuple):
             waiting.extend((path, below) for below in value)
-
-
-def is_text(value: str) -> bool:
-    """Whether a string can be written as UTF-8: it has no half of a surrogate pair."""
-    try:
-        value.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def _explain(error: ValidationError) -> str:

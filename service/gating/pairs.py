@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from meshcone.errors import InputError
 from meshcone.local_files import files_of, read_bytes
 from meshcone.suggestions import did_you_mean, first_cause
+from meshcone.text import as_text
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,15 @@ class Pair:
 
 def single_pair(source: Path, reference: Path) -> Pair:
     """A pair given on the command line."""
-    return Pair(source.as_posix(), source, reference)
+    return Pair(as_text(source.as_posix()), source, reference)
 
 
 def shown(path: Path) -> str:
     """A path as reports name it: below the working directory if it is there, else absolute."""
     whole = path.resolve()
     here = Path.cwd()
-    return (whole.relative_to(here) if whole.is_relative_to(here) else whole).as_posix()
+    path = whole.relative_to(here) if whole.is_relative_to(here) else whole
+    return as_text(path.as_posix())
 
 
 class _Entry(BaseModel):
@@ -111,7 +113,9 @@ def _pair(path: Path, number: int, entry: Any) -> Pair:
         raise InputError(message, file=str(path), place=f"pair {number}") from None
     source = Path(checked.source)
     return Pair(
-        checked.name or source.as_posix(), path.parent / source, path.parent / checked.reference
+        checked.name or as_text(source.as_posix()),
+        path.parent / source,
+        path.parent / checked.reference,
     )
 
 

@@ -16,8 +16,10 @@ import httpx2
 import pytest
 
 from service.api.server import listen
+from tests.integration.jobs import make_job
 from tests.integration.waiting import wait_for
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger import Ledger
 
 FILES = 160  # open files an API may have here
 HALF = b"GET /livez HTTP/1.1\r\nHost: localhost\r\nX-Half:"
@@ -212,3 +214,24 @@ def test_too_few_files_for_any_connection_end_the_start_in_words(
 
     assert ended.returncode != 0
     assert b"raise the limit (ulimit -n" in ended.stderr
+
+
+def test_event_streams_are_counted_and_leave_others_room(
+    broker: EmbeddedBroker, ledger: Ledger, tmp_path: Path
+) -> None:
+    job = make_job()
+    ledger.create(job)  # nobody works on it: its events have no end
+    follow = f"GET /v1/jobs/{job.id}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
+    with (
+        running_api(broker, tmp_path / "log", event_streams="2", require_keys="auto") as api,
+        ExitStack() as held,
+    ):
+        answers = []
+        for _ in range(3):
+            connection = held.enter_context(api.connect())
+            connection.sendall(follow)
+            answers.append(connection.recv(12))
+
+        assert answers == [b"HTTP/1.1 200", b"HTTP/1.1 200", b"HTTP/1.1 503"]
+        assert api.livez() == 200
+    ledger.cancel(job.id)
