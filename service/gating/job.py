@@ -88,8 +88,8 @@ def run_jobs(
     ``on_result`` sees each result as it comes.
     """
     with ThreadPoolExecutor(max_workers=at_once) as threads:
-        futures = [threads.submit(keeper.judge, job) for job in jobs]
         try:
+            futures = [threads.submit(keeper.judge, job) for job in jobs]
             for future in as_completed(futures):
                 on_result(future.result())
         except BaseException:  # also Ctrl-C: nothing may go on behind the caller's back
