@@ -57,6 +57,8 @@ def test_an_older_worker_leaves_a_job_to_a_newer_one_and_no_attempt_is_counted(
         assert Job.of(waiting).needs_newer_worker is not None
         assert "options newer than this worker" in log.read_text()
 
+        seen = log.read_text()
+        assert seen.count("options newer than this worker") == 1  # however often it is offered
         with worker(settings, "newer", {}):
             wait_for(lambda: ledger.get(job.id).has_ended, PATIENCE)
 

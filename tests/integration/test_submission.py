@@ -69,6 +69,27 @@ def test_a_list_leaves_out_the_options_that_the_job_itself_shows_as_they_were_se
         assert (record.options, record.options_version) == (sent, OPTIONS_VERSION)
 
 
+def test_a_request_repeated_with_its_defaults_written_out_is_the_same(
+    tmp_path: Path, ball: MeshFile, rough_ball: MeshFile
+) -> None:
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+    ):
+        answers = [
+            http.post(
+                "/v1/jobs",
+                data={"options": options},
+                files={"source": ("rough.obj", rough_ball.data), "reference": ("b.obj", ball.data)},
+                headers={"Idempotency-Key": "one"},
+            )
+            for options in ("{}", '{"seed": 0, "cones": {}}', '{"seed": 1}')
+        ]
+
+    assert [answer.status_code for answer in answers] == [202, 202, 422]
+    assert answers[0].json()["id"] == answers[1].json()["id"]
+
+
 def an_app(broker: EmbeddedBroker, data_dir: Path) -> FastAPI:
     settings = ServiceSettings(redis_url=broker.url, data_dir=data_dir)
     return create_app(settings, keys_required=False)

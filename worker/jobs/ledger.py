@@ -52,10 +52,15 @@ class CancelRequestedError(Exception):
 
 
 class TooNewError(Exception):
-    """The job's options are newer than the worker that would begin it."""
+    """The job's options are newer than the worker that would begin it.
 
-    def __init__(self, job_id: str) -> None:
-        super().__init__(f"no job for this worker, which is too old for its options: {job_id}")
+    Attributes:
+        first: whether no worker has found so before.
+    """
+
+    def __init__(self, job_id: str, first: bool) -> None:
+        super().__init__(f"job {job_id} has options newer than this worker")
+        self.first = first
 
 
 class QueueFullError(Exception):
@@ -317,7 +322,7 @@ def _accept(
     if state == "":
         raise UnknownJobError(job_id)
     if answer == scripts.TOO_NEW:
-        raise TooNewError(job_id)
+        raise TooNewError(job_id, first=bool(attempt))
     if answer != scripts.ACCEPTED:
         raise TransitionRefusedError(job_id, state, attempt)
     return state, attempt

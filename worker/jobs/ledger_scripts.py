@@ -136,8 +136,8 @@ if state ~= step.from or (step.attempt and attempt ~= step.attempt) then
   return {{{REFUSED}, state, attempt}}
 end
 if step.knows and tonumber(redis.call('HGET', job, 'options_version') or 0) > step.knows then
-  redis.call('HSETNX', job, 'needs_newer_worker', step.finished)
-  return {{{TOO_NEW}, state, attempt}}
+  -- In place of the attempt: whether a worker has found it so for the first time.
+  return {{{TOO_NEW}, state, redis.call('HSETNX', job, 'needs_newer_worker', step.finished)}}
 end
 local new = step.to
 -- Nobody who was told that a job will be canceled is to find it otherwise in the end.

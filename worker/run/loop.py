@@ -94,8 +94,8 @@ class WorkerLoop:
             logger.info("message dropped: %s", refusal)  # it came twice, or was canceled
             self._queue.discard(delivery)
             return
-        except TooNewError:
-            leave_to_newer_worker(self._queue, delivery)
+        except TooNewError as found:
+            leave_to_newer_worker(self._queue, delivery, found)
             return
         # From here on the heartbeat keeps the job, not the message; one that cannot be
         # discarded now is found by the reconciler.

@@ -14,7 +14,7 @@ from meshcone.errors import (
     OutOfMemoryError,
     SolveTimeoutError,
 )
-from worker.jobs.ledger import Ledger
+from worker.jobs.ledger import Ledger, TooNewError
 from worker.jobs.records import JobError, JobRecord, JobState
 from worker.run.attendance import Cause, Ending
 
@@ -63,17 +63,16 @@ def settle(
     return give_up_attempt(ledger, record, attempts, _reason(ending.death, was_out_of_memory))
 
 
-def leave_to_newer_worker(queue: JobQueue, delivery: Delivery) -> None:
+def leave_to_newer_worker(queue: JobQueue, delivery: Delivery, found: TooNewError) -> None:
     """Leave a job, which stays queued, to a worker that knows its options.
 
     Its message is not sent on: this worker would take it again at once. The reconciler finds
-    the job without one and sends another, so it is offered every few seconds.
+    the job without one and sends another, so it is offered every few seconds. The log says so
+    at the first time only.
     """
     queue.discard(delivery)
-    logger.warning(
-        "job %s has options newer than this worker; it waits for a newer one: upgrade the workers",
-        delivery.job_id,
-    )
+    level = logging.WARNING if found.first else logging.DEBUG
+    logger.log(level, "%s; it waits for a newer one: upgrade the workers", found)
 
 
 def give_up_attempt(

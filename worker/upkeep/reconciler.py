@@ -26,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 _LOOKED_AT = 100_000  # jobs of a state at once; more are looked at when the first are done
 
+_NAMED = 3  # jobs in a line of the log
+
 Sight = TypeVar("Sight", bound=Hashable)
 
 
@@ -84,8 +86,11 @@ class Reconciler:
 
     def _send_missing_messages(self) -> None:
         queued = set(self._ids("queued"))  # read first: what is sent meanwhile is no suspect
-        for job_id in self._unheld.confirmed(queued - self._queue.waiting()):
-            logger.warning("job %s was queued, but in no list", job_id)
+        unheld = self._unheld.confirmed(queued - self._queue.waiting())
+        if unheld:  # one line: jobs that wait for a newer worker are among them at every look
+            some = ", ".join(sorted(unheld)[:_NAMED])
+            logger.warning("queued, but in no list: %d jobs, %s among them", len(unheld), some)
+        for job_id in unheld:
             self._queue.enqueue(job_id)
 
     def _ids(self, state: str) -> list[str]:

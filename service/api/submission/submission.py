@@ -90,7 +90,8 @@ class Submission:
         """A digest that is the same for the same request, and for no other."""
         document = {
             "files": _identities((self.source, self.reference, *self.resources)),
-            "options": self.options.model_dump(mode="json"),
+            # Without defaults: a program that knows one more option makes no other request of it.
+            "options": self.options.model_dump(mode="json", exclude_defaults=True),
             "labels": self.labels,
             "webhook": self.webhook,
         }

@@ -3,7 +3,7 @@
 import { download, follow, getJson, key, Problem, request, said } from "meshcone/api";
 import { byId, command, h } from "meshcone/dom";
 import { bytes, dateTime, number, seconds } from "meshcone/format";
-import { chip, hasEnded, stageWords } from "meshcone/job-words";
+import { chip, hasEnded, stageWords, waitWords } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
 import { pathsOf } from "meshcone/sides";
 import { quoted } from "meshcone/solver-panel";
@@ -50,7 +50,7 @@ function tell(text) {
 
 function waiting(job) {
   const bar = h("progress", { max: 1, value: job.progress?.fraction ?? 0, "aria-label": "progress", "data-testid": "progress" });
-  const text = h("p", { class: "hint", role: "status" }, job.state === "queued" ? "Waiting for a worker" : stageWords(job.progress));
+  const text = h("p", { class: "hint", role: "status" }, job.state === "queued" ? waitWords(job) : stageWords(job.progress));
   return { bar, text, element: h("section", { class: "card", "aria-label": "Progress" }, bar, text) };
 }
 

@@ -18,6 +18,8 @@ export const outcomeWords = (outcome) => OUTCOMES[outcome] ?? words(outcome);
 
 export const hasEnded = (job) => ["succeeded", "failed", "canceled"].includes(job.state);
 
+export const waitWords = (job) => (job.needs_newer_worker ? "Waiting for a newer worker: those there are do not know its options" : "Waiting for a worker");
+
 export function stageWords(progress) {
   if (!progress) return "starting";
   const round = progress.stage === "solve" && progress.rounds ? `, round ${progress.round} of ${progress.rounds}` : "";
