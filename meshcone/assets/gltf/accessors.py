@@ -174,6 +174,15 @@ class Accessors:
             )
         return start, length, buffer
 
+    def view_bytes(self, view: int) -> bytes:
+        """What a buffer view holds.
+
+        Raises:
+            InputError: it reaches past its buffer.
+        """
+        start, length, buffer = self.view_extent(view)
+        return bytes(self.buffers[buffer].data[start : start + length])
+
     def is_compressed(self, accessor: Accessor) -> bool:
         """Whether the bytes read are only the fallback of a compressed copy."""
         view = accessor.element.integer("bufferView")

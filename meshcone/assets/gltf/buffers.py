@@ -21,6 +21,23 @@ _BUFFER_TYPE = "data:application/octet-stream;base64,"
 
 
 @dataclass(frozen=True)
+class NamedFile:
+    """What a URI means.
+
+    Attributes:
+        name: of the file; empty for a data URI.
+        data: its bytes.
+        embedded: whether they are in the URI itself.
+        media_type: as a data URI declares it.
+    """
+
+    name: str
+    data: bytes
+    embedded: bool
+    media_type: str | None = None
+
+
+@dataclass(frozen=True)
 class Buffer:
     """One buffer's bytes and where they come from.
 
@@ -84,17 +101,26 @@ class Buffers:
             if index != 0 or self._binary is None:
                 raise element.error("uri", f"buffer {index} has no data{_compression(element)}")
             buffer = Buffer(self._binary, length, "binary")
-        elif uri[:5].lower() == "data:":
-            buffer = Buffer(_decode_data_uri(uri, element), length, "data")
         else:
-            buffer = Buffer(self._resource(uri, element), length, "resource")
+            file = self.named(uri, element)
+            buffer = Buffer(file.data, length, "data" if file.embedded else "resource")
         if len(buffer.data) < length:
             raise element.error(
                 "byteLength", f"declares {length:,} bytes, the buffer has {len(buffer.data):,}"
             )
         return buffer
 
-    def _resource(self, uri: str, element: Element) -> bytes:
+    def named(self, uri: str, element: Element) -> NamedFile:
+        """The file that the ``uri`` of a buffer or image means.
+
+        Raises:
+            InputError: it is malformed, or no file of its name was sent.
+        """
+        if uri[:5].lower() == "data:":
+            media_type = uri[5:].partition(",")[0].partition(";")[0] or None
+            return NamedFile(
+                "", _decode_data_uri(uri, element), embedded=True, media_type=media_type
+            )
         if _SCHEME.match(uri) or uri.startswith(("/", "\\")):
             raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
         name = unquote(uri).removeprefix("./")
@@ -102,8 +128,8 @@ class Buffers:
             raise element.error("uri", f"expected a plain file name, found '{name[:80]}'")
         for known in (uri.removeprefix("./"), name):
             if known in self._resources:
-                return self._resources[known]
-        raise element.error("uri", f"buffer names '{name[:80]}', which was not sent")
+                return NamedFile(known, self._resources[known], embedded=False)
+        raise element.error("uri", f"names '{name[:80]}', which was not sent")
 
 
 def _compression(element: Element) -> str:

@@ -101,6 +101,13 @@ class Element:
             for number, item in enumerate(items)
         ]
 
+    def number(self, key: str) -> float | None:
+        """A member that is a finite number."""
+        value = self.value.get(key)
+        if value is not None and not _finite(value):
+            raise self._unexpected(key, "a finite number")
+        return None if value is None else float(value)
+
     def numbers(self, key: str, length: int) -> list[float] | None:
         """A member that is an array of ``length`` finite numbers."""
         if key not in self.value:

@@ -71,7 +71,7 @@ def place_meshes(root: Element, limits: Limits) -> list[Placement]:
         seen.add(index)
         limits.check("node_depth", depth, "levels of nodes", place=node.pointer)
         with np.errstate(over="ignore", invalid="ignore"):
-            world = parent @ _local_matrix(node)
+            world = parent @ local_matrix(node)
         if not np.isfinite(world).all():
             raise InputError("the node's transform overflows", place=node.pointer)
         mesh = node.reference("mesh", meshes, "mesh")
@@ -96,7 +96,12 @@ def _roots(root: Element, children: list[list[int]]) -> list[int]:
     return roots
 
 
-def _local_matrix(node: Element) -> NDArray[np.float64]:
+def local_matrix(node: Element) -> NDArray[np.float64]:
+    """(4, 4) from a node to its parent.
+
+    Raises:
+        InputError: it is no usable affine matrix.
+    """
     matrix = node.numbers("matrix", 16)
     if matrix is not None:
         columns = np.array(matrix).reshape(4, 4).T

@@ -25,7 +25,7 @@ _SLASH, _SPACE = b"/ "
 _PLAIN: NDArray[np.bool_] = np.isin(np.arange(256), list(b"0123456789-/ "))
 # numpy would take "1-2" for two numbers and "- 3" for one.
 _STRAY_SIGN = re.compile(rb"\d-|-(?!\d)")
-_CORNER = re.compile(rb"([+-]?\d+)(?:/(?:[+-]?\d+)?(?:/([+-]?\d+)?)?)?")
+_CORNER = re.compile(rb"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?")
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,15 @@ class ObjFaces:
 
     Attributes:
         vertices: (c,) vertex of each corner, polygon after polygon, from 0.
-        normals: (c,) vn statement of each corner, from 0; -1 where there is none.
+        texcoords: (c,) vt statement of each corner, from 0; -1 where there is none.
+        normals: (c,) vn statement of each corner, likewise.
         sizes: (p,) corners per polygon.
         rows: (p,) statement of each polygon.
         warnings: references that were ignored.
     """
 
     vertices: NDArray[np.int64]
+    texcoords: NDArray[np.int64]
     normals: NDArray[np.int64]
     sizes: NDArray[np.int64]
     rows: NDArray[np.int64]
@@ -54,23 +56,19 @@ def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
         InputError: a corner is malformed, or its vertex is 0 or not in the file.
         LimitError: the polygons make more triangles than ``limits.faces``.
     """
-    sizes_found, vertices_found, normals_found = [], [], []
+    sizes_found, indices_found = [], []
     triangles = 0
     for block in blocks(lines.faces):
         sizes, corners = _split_corners(lines, block, limits)
         triangles += int(np.maximum(sizes - 2, 0).sum())
         limits.check("faces", triangles, "triangles", lines.place(int(block[-1])))
-        columns = _convert(corners)
-        if columns is None:
-            columns = _one_by_one(lines, block, sizes, corners)
+        indices = _convert(corners)
         sizes_found.append(sizes)
-        vertices_found.append(columns[0])
-        normals_found.append(columns[1])
-    empty = [np.zeros(0, dtype=np.int64)]
-    sizes = np.concatenate(sizes_found or empty)
-    vertices = np.concatenate(vertices_found or empty)
-    normals = np.concatenate(normals_found or empty)
-    return _resolve(lines, sizes, vertices, normals)
+        indices_found.append(
+            _one_by_one(lines, block, sizes, corners) if indices is None else indices
+        )
+    sizes = np.concatenate(sizes_found or [np.zeros(0, dtype=np.int64)])
+    return _resolve(lines, sizes, *np.hstack(indices_found or [np.zeros((3, 0), dtype=np.int64)]))
 
 
 def _split_corners(
@@ -96,8 +94,8 @@ def _split_corners(
     return np.array([len(face) for face in faces]), list(chain.from_iterable(faces))
 
 
-def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Vertex and normal index of corners that all have one form; None if any needs a closer look.
+def _convert(corners: list[bytes]) -> NDArray[np.int64] | None:
+    """(3, c) indices of corners that all have one form; None if any needs a closer look.
 
     Converting joined words is what makes a million faces take a second.
     """
@@ -113,39 +111,40 @@ def _convert(corners: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     doubled = joined.count(b"//")
     if (forms != forms[:1]).any() or doubled not in (0, len(corners)):
         return None
-    columns = 2 if doubled else width
+    given = (0, 2) if doubled else tuple(range(width))
     try:
         numbers = np.fromstring(joined.replace(b"/", b" "), dtype=np.int64, sep=" ")
     except ValueError:
         return None
-    if len(numbers) != columns * len(corners):
+    if len(numbers) != len(given) * len(corners):
         return None
-    table = numbers.reshape(-1, columns)
-    has_normals = width == 3
-    return table[:, 0], table[:, -1] if has_normals else np.full(len(table), _NONE)
+    indices = np.full((3, len(corners)), _NONE)
+    indices[given, :] = numbers.reshape(-1, len(given)).T
+    return indices
 
 
 def _one_by_one(
     lines: ObjLines, rows: NDArray[np.int64], sizes: NDArray[np.int64], corners: list[bytes]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> NDArray[np.int64]:
     rows_of_corners = np.repeat(rows, sizes).tolist()
-    pairs = [_corner(word, lines, row) for word, row in zip(corners, rows_of_corners, strict=True)]
-    table = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
+    found = [_corner(word, lines, row) for word, row in zip(corners, rows_of_corners, strict=True)]
+    return np.array(found, dtype=np.int64).reshape(-1, 3).T
 
 
-def _corner(word: bytes, lines: ObjLines, row: int) -> tuple[int, int]:
-    """Vertex and normal index of ``1``, ``1/2``, ``1//3`` or ``1/2/3``; empty parts are absent."""
+def _corner(word: bytes, lines: ObjLines, row: int) -> tuple[int, int, int]:
+    """Indices of ``1``, ``1/2``, ``1//3`` or ``1/2/3``; empty parts are absent."""
     match = _CORNER.fullmatch(word)
     if match is None:
         raise InputError(
             f"expected a face corner like 1/2/3, found '{shown(word)}'", place=lines.place(row)
         )
-    vertex, normal = match.groups()
-    return _index(vertex), _index(normal) if normal else _NONE
+    vertex, texcoord, normal = match.groups()
+    return _index(vertex), _index(texcoord), _index(normal)
 
 
-def _index(part: bytes) -> int:
+def _index(part: bytes | None) -> int:
+    if part is None:
+        return _NONE
     digits = part.lstrip(b"+-")
     magnitude = int(digits) if len(digits) < 19 else _LARGEST
     return -magnitude if part[:1] == b"-" else magnitude
@@ -155,6 +154,7 @@ def _resolve(
     lines: ObjLines,
     sizes: NDArray[np.int64],
     vertices: NDArray[np.int64],
+    texcoords: NDArray[np.int64],
     normals: NDArray[np.int64],
 ) -> ObjFaces:
     rows = np.repeat(lines.faces, sizes)
@@ -167,13 +167,15 @@ def _resolve(
             place=lines.place(int(rows[first])),
         )
     warnings = []
-    corner_normals = _absolute(normals, rows, lines.normals)
-    given = normals != _NONE
-    unknown = given & ((corner_normals < 0) | (corner_normals >= len(lines.normals)))
-    if unknown.any():
-        place = lines.place(int(rows[np.flatnonzero(unknown)[0]]))
-        warnings.append(f"{place}: a face names a normal the file does not have; ignored")
-    corner_normals[~given | unknown] = -1
+    known = {}
+    for what, indices, statements in (
+        ("texture coordinate", texcoords, lines.texcoords),
+        ("normal", normals, lines.normals),
+    ):
+        known[what], unknown = _known(indices, rows, statements)
+        if unknown.any():
+            place = lines.place(int(rows[np.flatnonzero(unknown)[0]]))
+            warnings.append(f"{place}: a face names a {what} the file does not have; ignored")
 
     whole = sizes >= 3
     if not whole.all():
@@ -181,8 +183,24 @@ def _resolve(
         warnings.append(f"{place}: a face with fewer than 3 corners; ignored")
     kept = np.repeat(whole, sizes)
     return ObjFaces(
-        resolved[kept], corner_normals[kept], sizes[whole], lines.faces[whole], tuple(warnings)
+        vertices=resolved[kept],
+        texcoords=known["texture coordinate"][kept],
+        normals=known["normal"][kept],
+        sizes=sizes[whole],
+        rows=lines.faces[whole],
+        warnings=tuple(warnings),
     )
+
+
+def _known(
+    indices: NDArray[np.int64], rows: NDArray[np.int64], statements: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Indices from 0, -1 for those absent or unknown; and which are unknown."""
+    found = _absolute(indices, rows, statements)
+    given = indices != _NONE
+    unknown = given & ((found < 0) | (found >= len(statements)))
+    found[~given | unknown] = -1
+    return found, unknown
 
 
 def _absolute(

@@ -14,7 +14,7 @@ from meshcone.errors import InputError
 
 _BLOCK = 65_536
 _BLOCK_BYTES = 8 * 1024 * 1024
-_BROKEN = (np.nan, np.nan, np.nan)
+_COLORED = 7  # words of a v statement with a colour, the keyword among them
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
@@ -51,6 +51,22 @@ def read_normals(lines: ObjLines) -> NDArray[np.float64]:
     return _read_vectors(lines, lines.normals, _tolerated_normal)
 
 
+def read_texcoords(lines: ObjLines) -> NDArray[np.float64]:
+    """(t, 2) values of the vt statements, NaN in all of a statement that is malformed."""
+    return _read_vectors(lines, lines.texcoords, _tolerated_texcoord, width=2)
+
+
+def read_colors(lines: ObjLines) -> NDArray[np.float64] | None:
+    """(r, 3) colours that follow the coordinates of the v statements; None if there are none.
+
+    That is no part of the format, but what scanners and sculpting programs write.
+    """
+    rows = lines.vertices
+    if len(rows) == 0 or len(lines.leading_words(int(rows[0]), _COLORED)) < _COLORED:
+        return None
+    return _read_vectors(lines, rows, _tolerated_color, first=4)
+
+
 def shown(word: bytes) -> str:
     """A word of the file, made safe to quote in a message."""
     text = word.decode("utf-8", "replace")
@@ -60,12 +76,16 @@ def shown(word: bytes) -> str:
 def _read_vectors(
     lines: ObjLines,
     rows: NDArray[np.int64],
-    one_by_one: Callable[[ObjLines, int], tuple[float, float, float]],
+    one_by_one: Callable[[ObjLines, int], tuple[float, ...]],
+    first: int = 1,
+    width: int = 3,
 ) -> NDArray[np.float64]:
-    vectors = np.empty((len(rows), 3))
+    """(k, width) values of statements, which follow their ``first`` words."""
+    vectors = np.empty((len(rows), width))
     filled = 0
     for block in blocks(rows):
-        values = _convert(block_words(lines, block), len(block))
+        columns = range(first, first + width)
+        values = _convert(block_words(lines, block), len(block), columns)
         if values is None:
             values = np.array([one_by_one(lines, row) for row in block.tolist()])
         vectors[filled : filled + len(block)] = values
@@ -73,17 +93,17 @@ def _read_vectors(
     return vectors
 
 
-def _convert(words: list[bytes] | None, count: int) -> NDArray[np.float64] | None:
-    """A block of ``count`` vectors of equal width, or None if it needs a closer look."""
+def _convert(words: list[bytes] | None, count: int, wanted: range) -> NDArray[np.float64] | None:
+    """Columns of ``count`` statements of equal width, or None if they need a closer look."""
     width, rest = divmod(len(words), count) if words else (0, 0)
-    if words is None or rest or width < 4:
+    if words is None or rest or width < wanted.stop:
         return None
     keyword = words[0]
     # As many keywords as statements, and all of them in the first column: no statement is shorter.
     if words[::width].count(keyword) != count or words.count(keyword) != count:
         return None
     # float() also reads digits grouped by underscores, which OBJ does not know.
-    columns = [words[column::width] for column in (1, 2, 3)]
+    columns = [words[column::width] for column in wanted]
     if any(b"_" in b"".join(column) for column in columns):
         return None
     try:
@@ -113,9 +133,22 @@ def _finite(word: bytes, place: str) -> float:
     raise InputError(f"expected {expected}, found '{shown(word)}'", place=place)
 
 
-def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, float, float]:
-    words = lines.leading_words(row, 4)[1:]
-    if len(words) < 3 or not all(_NUMBER.fullmatch(word) for word in words):
-        return _BROKEN
-    x, y, z = (float(word) for word in words)
-    return (x, y, z) if max(abs(x), abs(y), abs(z)) <= LARGEST_COORDINATE else _BROKEN
+def _tolerated_normal(lines: ObjLines, row: int) -> tuple[float, ...]:
+    return _tolerated(lines.leading_words(row, 4)[1:], 3)
+
+
+def _tolerated_texcoord(lines: ObjLines, row: int) -> tuple[float, ...]:
+    words = lines.leading_words(row, 3)[1:]
+    return _tolerated([*words, b"0"] if len(words) == 1 else words, 2)
+
+
+def _tolerated_color(lines: ObjLines, row: int) -> tuple[float, ...]:
+    return _tolerated(lines.leading_words(row, _COLORED)[4:], 3)
+
+
+def _tolerated(words: list[bytes], count: int) -> tuple[float, ...]:
+    broken = (np.nan,) * count
+    if len(words) < count or not all(_NUMBER.fullmatch(word) for word in words):
+        return broken
+    values = tuple(map(float, words))
+    return values if max(map(abs, values)) <= LARGEST_COORDINATE else broken

@@ -31,8 +31,9 @@ class ObjLines:
         text: the same with line continuations and byte order mark turned into blanks.
         bounds: where each statement starts in both, and the end of the last.
         first_lines: 1-based number of each statement's first line in the file.
-        vertices, normals, faces: statements that are v, vn and f.
+        vertices, normals, texcoords, faces: statements that are v, vn, vt and f.
         objects, groups, materials: statements that are o, g and usemtl.
+        libraries: statements that are mtllib.
     """
 
     data: bytes
@@ -41,10 +42,12 @@ class ObjLines:
     first_lines: range | NDArray[np.int64]
     vertices: NDArray[np.int64]
     normals: NDArray[np.int64]
+    texcoords: NDArray[np.int64]
     faces: NDArray[np.int64]
     objects: NDArray[np.int64]
     groups: NDArray[np.int64]
     materials: NDArray[np.int64]
+    libraries: NDArray[np.int64]
 
     def place(self, row: int) -> str:
         """Where a statement stands in the file, for messages."""
@@ -118,10 +121,12 @@ def scan_lines(data: bytes) -> ObjLines:
         first_lines=first_lines,
         vertices=keywords.rows(b"v"),
         normals=keywords.rows(b"vn"),
+        texcoords=keywords.rows(b"vt"),
         faces=keywords.rows(b"f"),
         objects=keywords.rows(b"o"),
         groups=keywords.rows(b"g"),
         materials=keywords.rows(b"usemtl"),
+        libraries=keywords.rows(b"mtllib"),
     )
 
 

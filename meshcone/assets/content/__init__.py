@@ -1,0 +1,33 @@
+"""All that is in a file besides its surface, in words that every format shares."""
+
+from meshcone.assets.content.records import (
+    Animation,
+    Attribute,
+    Channel,
+    Content,
+    Draw,
+    Fault,
+    Image,
+    Material,
+    Mesh,
+    Node,
+    Primitive,
+    Skin,
+    TextureUse,
+)
+
+__all__ = [
+    "Animation",
+    "Attribute",
+    "Channel",
+    "Content",
+    "Draw",
+    "Fault",
+    "Image",
+    "Material",
+    "Mesh",
+    "Node",
+    "Primitive",
+    "Skin",
+    "TextureUse",
+]

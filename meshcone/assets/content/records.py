@@ -1,0 +1,293 @@
+"""What a file holds: nodes, meshes, materials, images, skins and animations.
+
+The words are glTF's (glTF 2.0, section 3). An OBJ's objects are its nodes and meshes, what of
+an object has one material is a primitive, and its material library gives the materials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+AlphaMode = Literal["OPAQUE", "MASK", "BLEND"]
+Wrap = Literal["repeat", "mirror", "clamp"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something malformed that no viewer needs and none refuses.
+
+    Attributes:
+        place: a JSON pointer or ``line 12``.
+        words: what was found, and what was expected.
+    """
+
+    place: str | None
+    words: str
+
+
+@dataclass(frozen=True)
+class Image:
+    """A picture as the file holds or names it.
+
+    Attributes:
+        name: the file's name, or the name the document gives it; empty if it has neither.
+        place: how messages call it.
+        data: its bytes; None where they were not sent or cannot be had.
+        media_type: as declared.
+        embedded: whether the bytes are within the asset's own file or buffers.
+    """
+
+    name: str
+    place: str
+    data: bytes | None
+    media_type: str | None = None
+    embedded: bool = False
+
+
+@dataclass(frozen=True)
+class TextureUse:
+    """A texture bound to a material: an image, and how it is read.
+
+    Attributes:
+        slot: what it is for, such as ``base_color``; ``EXTENSION.member`` for those of
+            extensions.
+        image: index into the images; None where the texture names none that is known.
+        uv_set: the set of texture coordinates it is read through.
+        wrap: beyond 0 and 1, along u and v.
+        nearest: whether it is magnified without interpolation.
+        offset, rotation, scale: KHR_texture_transform, radians.
+        strength: the scale of a normal map or the strength of occlusion; else 1.
+    """
+
+    slot: str
+    image: int | None
+    uv_set: int = 0
+    wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
+    nearest: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: tuple[float, float] = (1.0, 1.0)
+    strength: float = 1.0
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material.
+
+    Attributes:
+        name: empty if it has none.
+        base_color: linear RGBA.
+        emissive: linear RGB.
+        textures: those bound to it, in the order of the file.
+        extensions: names of the extensions it uses.
+        defined: whether the file, or a library sent with it, says what it looks like.
+    """
+
+    name: str
+    base_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    metallic: float = 1.0
+    roughness: float = 1.0
+    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    alpha_mode: AlphaMode = "OPAQUE"
+    alpha_cutoff: float = 0.5
+    double_sided: bool = False
+    textures: tuple[TextureUse, ...] = ()
+    extensions: tuple[str, ...] = ()
+    defined: bool = True
+
+    def texture(self, slot: str) -> TextureUse | None:
+        """The texture bound to a slot."""
+        return next((use for use in self.textures if use.slot == slot), None)
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of the tree.
+
+    Attributes:
+        name: empty if it has none.
+        parent: index of the node above it; None at a root and outside of all scenes.
+        depth: levels down to it, 1 at a root; 0 if no scene reaches it.
+        matrix: (4, 4) from the node to its parent, column vectors.
+        mesh, skin, camera, light: indices of what is at it.
+        extras: whether it carries data of the author's own.
+    """
+
+    name: str
+    parent: int | None
+    depth: int
+    matrix: NDArray[np.float64]
+    mesh: int | None = None
+    skin: int | None = None
+    camera: int | None = None
+    light: int | None = None
+    extras: str | None = None
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A run of elements with one material.
+
+    Attributes:
+        material: index of it; None for the default.
+        mode: what it draws, such as ``triangles``.
+        vertices: how many the file stores for it.
+        attributes: their names, in glTF's words (``TEXCOORD_0``).
+        targets: how many morph targets it has.
+    """
+
+    material: int | None
+    mode: str
+    vertices: int
+    attributes: tuple[str, ...]
+    targets: int = 0
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh; ``target_names`` as far as the file has them."""
+
+    name: str
+    primitives: tuple[Primitive, ...]
+    target_names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Skin:
+    """A skin: nodes that move vertices."""
+
+    name: str
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What an animation moves.
+
+    Attributes:
+        node: index of the node; None where the target is none that is known.
+        path: what of it: translation, rotation, scale, weights or pointer.
+        keys: how many.
+        first, last: seconds.
+        finite: whether every time and value is a number.
+    """
+
+    node: int | None
+    path: str
+    interpolation: str
+    keys: int
+    first: float
+    last: float
+    finite: bool
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A named set of channels."""
+
+    name: str
+    channels: tuple[Channel, ...]
+
+    @property
+    def duration(self) -> float:
+        """Seconds to the last key of any channel."""
+        return max((channel.last for channel in self.channels), default=0.0)
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """Values at the corners of a draw's triangles.
+
+    Attributes:
+        name: in glTF's words.
+        corners: (k, 3) row of the values at each corner; -1 where there is none.
+        load: reads the (r, c) values, normalised integers as the numbers they stand for.
+    """
+
+    name: str
+    corners: NDArray[np.int64]
+    load: Callable[[], NDArray[np.float64]]
+
+    def at_corners(self) -> NDArray[np.float64]:
+        """(k, 3, c) values; NaN where a corner has none."""
+        values = self.load()
+        padded = np.concatenate([values, np.full((1, values.shape[1]), np.nan)])
+        found: NDArray[np.float64] = padded[self.corners]
+        return found
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Triangles that are drawn together: a primitive at a node.
+
+    Attributes:
+        node: index of the node; None in formats without any.
+        mesh, primitive: which of them.
+        material: index of it; None for the default.
+        rows: the triangles, as rows of those the asset lists.
+        attributes: what its corners have besides positions, by name.
+    """
+
+    node: int | None
+    mesh: int
+    primitive: int
+    material: int | None
+    rows: NDArray[np.int64]
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Content:
+    """All of a file.
+
+    Attributes:
+        nodes: of all scenes and of none.
+        draws: what the default scene draws with triangles; their rows make up the asset's.
+        other_draws: points and lines it draws.
+        textures: how many the file lists.
+        cameras, lights: their names, empty where they have none.
+        scenes: their names.
+        extensions_used, extensions_required: as listed.
+        buffer_bytes: bytes of all buffers, images in them included.
+        extras: places of data of the author's own, and the SHA-256 of each.
+        libraries: material libraries that an OBJ names, and whether each was sent.
+        faults: what was malformed and read as if it were not there.
+    """
+
+    nodes: tuple[Node, ...] = ()
+    meshes: tuple[Mesh, ...] = ()
+    draws: tuple[Draw, ...] = ()
+    other_draws: int = 0
+    materials: tuple[Material, ...] = ()
+    images: tuple[Image, ...] = ()
+    textures: int = 0
+    skins: tuple[Skin, ...] = ()
+    animations: tuple[Animation, ...] = ()
+    cameras: tuple[str, ...] = ()
+    lights: tuple[str, ...] = ()
+    scenes: tuple[str, ...] = ()
+    extensions_used: tuple[str, ...] = ()
+    extensions_required: tuple[str, ...] = ()
+    buffer_bytes: int = 0
+    extras: Mapping[str, str] = field(default_factory=dict)
+    libraries: Mapping[str, bool] = field(default_factory=dict)
+    faults: tuple[Fault, ...] = ()
+
+    def path(self, node: int) -> str:
+        """A node's name after those of the nodes above it; a number where it has none."""
+        return "/".join(reversed([self.label(each) for each in self._upwards(node)]))
+
+    def label(self, node: int) -> str:
+        """A node's name, or its number."""
+        return self.nodes[node].name or f"#{node}"
+
+    def _upwards(self, node: int) -> Iterator[int]:
+        here: int | None = node
+        while here is not None:
+            yield here
+            here = self.nodes[here].parent

@@ -1,0 +1,226 @@
+"""What a glTF holds besides its surface (glTF 2.0, sections 3.5 to 3.11)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.content import Attribute, Content, Draw, Mesh, Node, Primitive
+from meshcone.assets.content.faults import Faults
+from meshcone.assets.gltf.accessors import Accessors, decode
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.lenient import Lenient
+from meshcone.assets.gltf.materials import MaterialReader
+from meshcone.assets.gltf.motion import MotionReader
+from meshcone.assets.gltf.nodes import local_matrix
+from meshcone.assets.gltf.scene import PlacedPrimitive, Scene
+
+_MODES = ("points", "lines", "line loop", "line strip", "triangles", "strip", "fan")
+_TRIANGLES = 4
+_CORNER_ATTRIBUTES = ("NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_")
+_WITH_EXTRAS = (
+    "scenes",
+    "nodes",
+    "meshes",
+    "materials",
+    "textures",
+    "images",
+    "animations",
+    "skins",
+    "cameras",
+)
+
+
+def read_content(document: Document, accessors: Accessors, scene: Scene) -> Content:
+    """Describe a document whose scene has been read.
+
+    Args:
+        document: as the file has it.
+        accessors: of the document without compressed geometry.
+        scene: what it draws.
+    """
+    return _Reader(document, accessors, scene).read()
+
+
+class _Reader:
+    def __init__(self, document: Document, accessors: Accessors, scene: Scene) -> None:
+        self._faults = Faults()
+        self._root = Lenient(document.root, self._faults)
+        self._accessors = accessors
+        self._scene = scene
+
+    def read(self) -> Content:
+        root = self._root
+        materials = MaterialReader(root)
+        motion = MotionReader(root, self._accessors)
+        nodes = tuple(self._nodes())
+        meshes = tuple(map(self._mesh, self._mesh_objects))
+        return Content(
+            nodes=nodes,
+            meshes=meshes,
+            draws=tuple(self._draws(meshes)),
+            other_draws=_other_draws(nodes, meshes),
+            materials=materials.materials(),
+            images=materials.images(self._accessors),
+            textures=materials.textures,
+            skins=motion.skins(),
+            animations=motion.animations(),
+            cameras=tuple(camera.name for camera in root.children("cameras")),
+            lights=tuple(light.name for light in self._lights),
+            scenes=tuple(scene.name for scene in root.children("scenes")),
+            extensions_used=tuple(root.texts("extensionsUsed")),
+            extensions_required=tuple(root.texts("extensionsRequired")),
+            buffer_bytes=sum(each.integer("byteLength") or 0 for each in root.children("buffers")),
+            extras=dict(self._extras()),
+            faults=self._faults.found(),
+        )
+
+    @cached_property
+    def _node_objects(self) -> list[Lenient]:
+        return self._root.children("nodes")
+
+    @cached_property
+    def _mesh_objects(self) -> list[Lenient]:
+        return self._root.children("meshes")
+
+    @cached_property
+    def _lights(self) -> list[Lenient]:
+        extension = self._root.extension("KHR_lights_punctual")
+        return extension.children("lights") if extension else []
+
+    @cached_property
+    def _counts(self) -> dict[str, int]:
+        arrays = ("meshes", "skins", "cameras", "materials")
+        return {array: len(self._root.children(array)) for array in arrays}
+
+    def _nodes(self) -> Iterator[Node]:
+        parents, depths = self._tree()
+        for index, node in enumerate(self._node_objects):
+            light = node.extension("KHR_lights_punctual")
+            matrix = node.attempt(local_matrix)
+            yield Node(
+                name=node.name,
+                parent=parents.get(index),
+                depth=depths.get(index, 0),
+                matrix=np.eye(4) if matrix is None else matrix,
+                mesh=node.reference("mesh", self._counts["meshes"], "mesh"),
+                skin=node.reference("skin", self._counts["skins"], "skin"),
+                camera=node.reference("camera", self._counts["cameras"], "camera"),
+                light=light.reference("light", len(self._lights), "light") if light else None,
+            )
+
+    def _tree(self) -> tuple[dict[int, int], dict[int, int]]:
+        """Parent and depth of each node that a scene reaches; each node is reached once."""
+        count = len(self._node_objects)
+        families = [node.references("children", count, "node") for node in self._node_objects]
+        parents: dict[int, int] = {}
+        depths: dict[int, int] = {}
+        for scene in self._root.children("scenes"):
+            waiting = [(root, -1) for root in scene.references("nodes", count, "node")]
+            while waiting:
+                node, parent = waiting.pop()
+                if node in depths:
+                    continue
+                depths[node] = depths.get(parent, 0) + 1
+                if parent >= 0:
+                    parents[node] = parent
+                waiting += [(child, node) for child in families[node]]
+        return parents, depths
+
+    def _mesh(self, mesh: Lenient) -> Mesh:
+        names = mesh.extras.get("targetNames") if isinstance(mesh.extras, dict) else None
+        return Mesh(
+            name=mesh.name,
+            primitives=tuple(map(self._primitive, mesh.children("primitives"))),
+            target_names=tuple(map(str, names)) if isinstance(names, list) else (),
+        )
+
+    def _primitive(self, primitive: Lenient) -> Primitive:
+        mode = primitive.integer("mode")
+        attributes = primitive.child("attributes")
+        elements = self._accessors.elements
+        position = (
+            attributes.reference("POSITION", len(elements), "accessor") if attributes else None
+        )
+        count = None
+        if position is not None:
+            count = Lenient(elements[position], self._faults).integer("count")
+        return Primitive(
+            material=primitive.reference("material", self._counts["materials"], "material"),
+            mode=_MODES[_TRIANGLES if mode is None else min(mode, len(_MODES) - 1)],
+            vertices=count or 0,
+            attributes=tuple(sorted(attributes.members())) if attributes else (),
+            targets=len(primitive.children("targets")),
+        )
+
+    def _vertices(self, attributes: Lenient) -> int:
+        elements = self._accessors.elements
+        position = attributes.reference("POSITION", len(elements), "accessor")
+        if position is None:
+            return 0
+        return Lenient(elements[position], self._faults).integer("count") or 0
+
+    def _draws(self, meshes: tuple[Mesh, ...]) -> Iterator[Draw]:
+        start = 0
+        for placed in self._scene.primitives:
+            placement = self._scene.blocks[placed.block].placement
+            number = int(placed.primitive.element.pointer.rpartition("/")[2])
+            end = start + len(placed.triangles)
+            yield Draw(
+                node=placement.node,
+                mesh=placement.mesh,
+                primitive=number,
+                material=meshes[placement.mesh].primitives[number].material,
+                rows=np.arange(start, end),
+                attributes=dict(self._attributes(placed)),
+            )
+            start = end
+
+    def _attributes(self, placed: PlacedPrimitive) -> Iterator[tuple[str, Attribute]]:
+        attributes = Lenient(placed.primitive.element, self._faults).child("attributes")
+        corners = placed.triangles - self._scene.blocks[placed.block].start
+        vertices = placed.primitive.position.count
+        for name in attributes.members() if attributes else ():
+            if attributes is None or not name.startswith(_CORNER_ATTRIBUTES):
+                continue
+            load = attributes.attempt(partial(self._loader, name=name, vertices=vertices))
+            if load is not None:
+                yield name, Attribute(name, corners, load)
+
+    def _loader(
+        self, attributes: Element, *, name: str, vertices: int
+    ) -> Callable[[], NDArray[np.float64]]:
+        index = attributes.reference(name, len(self._accessors.elements), "accessor")
+        assert index is not None  # noqa: S101 - the name was just found
+        accessor = self._accessors.describe(index)
+        if accessor.count != vertices:
+            raise accessor.element.error(
+                "count", f"{accessor.count} of {name} for {vertices} positions"
+            )
+        return lambda: decode(self._accessors.read(accessor), accessor.normalized)
+
+    def _extras(self) -> Iterator[tuple[str, str]]:
+        for array in _WITH_EXTRAS:
+            for each in self._root.children(array):
+                if each.extras is not None:
+                    yield each.pointer, _digest(each.extras)
+
+
+def _other_draws(nodes: tuple[Node, ...], meshes: tuple[Mesh, ...]) -> int:
+    """Draws of points and lines at the nodes that a scene reaches."""
+    others = [
+        sum(_MODES.index(primitive.mode) < _TRIANGLES for primitive in mesh.primitives)
+        for mesh in meshes
+    ]
+    return sum(others[node.mesh] for node in nodes if node.depth and node.mesh is not None)
+
+
+def _digest(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()

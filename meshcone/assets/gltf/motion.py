@@ -1,0 +1,71 @@
+"""Skins and animations of a glTF (glTF 2.0, sections 3.7.3 and 3.11)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.content import Animation, Channel, Skin
+from meshcone.assets.gltf.accessors import Accessors, decode
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.lenient import Lenient
+
+_VALUES_READ = 16_000_000  # of all animations of a file; any number of channels may name them
+
+
+class MotionReader:
+    """Reads what moves in one document."""
+
+    def __init__(self, root: Lenient, accessors: Accessors) -> None:
+        self._root = root
+        self._accessors = accessors
+        self._nodes = len(root.children("nodes"))
+        self._left = _VALUES_READ
+
+    def skins(self) -> tuple[Skin, ...]:
+        """All skins."""
+        return tuple(
+            Skin(skin.name, tuple(skin.references("joints", self._nodes, "node")))
+            for skin in self._root.children("skins")
+        )
+
+    def animations(self) -> tuple[Animation, ...]:
+        """All animations, each with the channels that are sound."""
+        return tuple(map(self._animation, self._root.children("animations")))
+
+    def _animation(self, animation: Lenient) -> Animation:
+        samplers = [sampler.element for sampler in animation.children("samplers")]
+        found = (
+            channel.attempt(lambda element: self._channel(element, samplers))
+            for channel in animation.children("channels")
+        )
+        return Animation(animation.name, tuple(each for each in found if each is not None))
+
+    def _channel(self, element: Element, samplers: list[Element]) -> Channel:
+        number = element.reference("sampler", len(samplers), "sampler")
+        target = element.child("target")
+        if number is None or target is None:
+            missing = "sampler" if number is None else "target"
+            raise element.error(missing, f"'{missing}' is missing")
+        sampler = samplers[number]
+        times, values = self._values(sampler, "input"), self._values(sampler, "output")
+        finite = bool(np.isfinite(times).all() and np.isfinite(values).all())
+        return Channel(
+            node=target.reference("node", self._nodes, "node"),
+            path=(target.text("path") or "")[:40],
+            interpolation=(sampler.text("interpolation") or "LINEAR")[:40],
+            keys=len(times),
+            first=float(times.min()) if finite else 0.0,
+            last=float(times.max()) if finite else 0.0,
+            finite=finite,
+        )
+
+    def _values(self, sampler: Element, key: str) -> NDArray[np.float64]:
+        index = sampler.reference(key, len(self._accessors.elements), "accessor")
+        if index is None:
+            raise sampler.error(key, f"'{key}' is missing")
+        accessor = self._accessors.describe(index)
+        self._left -= accessor.count * accessor.columns
+        if self._left < 0:
+            raise sampler.error(key, f"the animations have more than {_VALUES_READ:,} values")
+        return decode(self._accessors.read(accessor), accessor.normalized)
