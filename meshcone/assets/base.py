@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.content import Content, Draw, Mesh, Node, Primitive
 from meshcone.assets.divisions import Division, select_faces
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions
@@ -98,6 +99,26 @@ class Asset(abc.ABC):
     def counts(self) -> AssetCounts:
         """The file's sizes."""
         return self._counts
+
+    def content(self) -> Content:
+        """All that the file holds besides its surface; read anew at each call."""
+        rows = np.arange(len(self._surface.triangles))
+        primitive = Primitive(None, "triangles", len(self.positions), ("POSITION",))
+        return Content(
+            nodes=(Node("", None, 1, np.eye(4), mesh=0),),
+            meshes=(Mesh("", (primitive,)),),
+            draws=(Draw(0, 0, 0, None, rows),),
+        )
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """(k, 3) triangles over raw vertices, all that the file lists."""
+        return self._surface.triangles
+
+    @property
+    def kept(self) -> NDArray[np.int64]:
+        """(m,) the row of ``triangles`` that each face came from."""
+        return self._surface.kept
 
     def policy(self, options: Options) -> WritePolicy:
         """What options mean for writing this file.

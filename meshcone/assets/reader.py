@@ -76,4 +76,4 @@ def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Li
         raise InputError(f"the file does not start with {expected}", place="byte 0")
     if suffix != ".obj" and not _OBJ_VERTEX.search(data):
         raise InputError(f"this is not a mesh file that is known here; expected {_ACCEPTED}")
-    return read_obj(name, data, limits)
+    return read_obj(name, data, resources, limits)

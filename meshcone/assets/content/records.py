@@ -206,19 +206,20 @@ class Attribute:
     Attributes:
         name: in glTF's words.
         corners: (k, 3) row of the values at each corner; -1 where there is none.
-        load: reads the (r, c) values, normalised integers as the numbers they stand for.
+        read: gives the (r, c) values of r rows, normalised integers as the numbers they
+            stand for.
     """
 
     name: str
     corners: NDArray[np.int64]
-    load: Callable[[], NDArray[np.float64]]
+    read: Callable[[NDArray[np.int64]], NDArray[np.float64]]
 
     def at_corners(self) -> NDArray[np.float64]:
         """(k, 3, c) values; NaN where a corner has none."""
-        values = self.load()
-        padded = np.concatenate([values, np.full((1, values.shape[1]), np.nan)])
-        found: NDArray[np.float64] = padded[self.corners]
-        return found
+        rows = self.corners.ravel()
+        values = self.read(np.maximum(rows, 0))
+        values[rows < 0] = np.nan
+        return values.reshape(*self.corners.shape, -1)
 
 
 @dataclass(frozen=True)

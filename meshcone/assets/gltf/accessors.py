@@ -216,6 +216,22 @@ class Accessors:
             values[self.sparse_rows(accessor)] = stored.elements(data(stored), accessor.component)
         return values
 
+    def read_rows(self, accessor: Accessor, rows: NDArray[np.int64]) -> NDArray[Any]:
+        """(k, columns) components of some elements as stored; the others are not touched."""
+        if accessor.dense:
+            data = self.buffers[accessor.dense.buffer].data
+            values: NDArray[Any] = accessor.dense.elements(data, accessor.component)[rows]
+        else:
+            values = np.zeros((len(rows), accessor.columns), accessor.component)
+        if accessor.sparse:
+            stored = accessor.sparse.values
+            apart = self.sparse_rows(accessor)
+            places = np.minimum(np.searchsorted(apart, rows), len(apart) - 1)
+            known = apart[places] == rows
+            elements = stored.elements(self.buffers[stored.buffer].data, accessor.component)
+            values[known] = elements[places[known]]
+        return values
+
     def sparse_rows(self, accessor: Accessor) -> NDArray[np.int64]:
         """(k,) rows a sparse accessor stores apart, ascending.
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset, naming
+from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, split_glb
+from meshcone.assets.gltf.content import read_content
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
@@ -142,6 +144,12 @@ class GltfAsset(Asset):
         if policy.draco == "encode" and model.compressed:
             return model.compressed.to_bytes(model, editor)
         return model.to_bytes(editor)
+
+    def content(self) -> Content:
+        """See :meth:`Asset.content`."""
+        model = self._model
+        document = model.compressed.document if model.compressed else model.document
+        return read_content(document, model.accessors, model.scene)
 
     def _divisions(self) -> dict[str, Division]:
         return scene_divisions(self._model.document.root, self._model.scene, self._surface.kept)

@@ -190,13 +190,13 @@ class _Reader:
         for name in attributes.members() if attributes else ():
             if attributes is None or not name.startswith(_CORNER_ATTRIBUTES):
                 continue
-            load = attributes.attempt(partial(self._loader, name=name, vertices=vertices))
-            if load is not None:
-                yield name, Attribute(name, corners, load)
+            read = attributes.attempt(partial(self._values, name=name, vertices=vertices))
+            if read is not None:
+                yield name, Attribute(name, corners, read)
 
-    def _loader(
+    def _values(
         self, attributes: Element, *, name: str, vertices: int
-    ) -> Callable[[], NDArray[np.float64]]:
+    ) -> Callable[[NDArray[np.int64]], NDArray[np.float64]]:
         index = attributes.reference(name, len(self._accessors.elements), "accessor")
         assert index is not None  # noqa: S101 - the name was just found
         accessor = self._accessors.describe(index)
@@ -204,7 +204,7 @@ class _Reader:
             raise accessor.element.error(
                 "count", f"{accessor.count} of {name} for {vertices} positions"
             )
-        return lambda: decode(self._accessors.read(accessor), accessor.normalized)
+        return lambda rows: decode(self._accessors.read_rows(accessor, rows), accessor.normalized)
 
     def _extras(self) -> Iterator[tuple[str, str]]:
         for array in _WITH_EXTRAS:

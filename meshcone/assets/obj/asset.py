@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset
+from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
 from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
+from meshcone.assets.obj.content import ObjTriangles, read_content
 from meshcone.assets.obj.divisions import face_divisions
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
@@ -24,7 +28,7 @@ from meshcone.errors import InputError
 _UTF16_MARKS = (b"\xfe\xff", b"\xff\xfe")
 
 
-def read_obj(name: str, data: bytes, limits: Limits) -> ObjAsset:
+def read_obj(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> ObjAsset:
     """Read the polygons of an OBJ file; its curves, lines, points and materials stay text.
 
     Raises:
@@ -46,7 +50,7 @@ def read_obj(name: str, data: bytes, limits: Limits) -> ObjAsset:
         warnings += (f"{fanned} large concave polygons were split as if they were convex",)
     surface = weld_surface(positions, faces.vertices[corners])
     regions = face_regions(lines, np.repeat(faces.rows, faces.sizes - 2))
-    return ObjAsset(name, data, lines, faces, corners, surface, regions, warnings)
+    return ObjAsset(name, data, resources, lines, faces, corners, surface, regions, warnings)
 
 
 class ObjAsset(Asset):
@@ -65,6 +69,7 @@ class ObjAsset(Asset):
         self,
         name: str,
         data: bytes,
+        resources: Mapping[str, bytes],
         lines: ObjLines,
         faces: ObjFaces,
         corners: NDArray[np.int64],
@@ -82,8 +87,20 @@ class ObjAsset(Asset):
             warnings=warnings,
         )
         self._data = data
+        self._resources = resources
         self._corner_normals = faces.normals[corners]
+        self._corner_texcoords = faces.texcoords[corners]
         self._statements = np.repeat(faces.rows, faces.sizes - 2)
+
+    def content(self) -> Content:
+        """See :meth:`Asset.content`."""
+        triangles = ObjTriangles(
+            statements=self._statements,
+            vertices=self._surface.triangles,
+            texcoords=self._corner_texcoords,
+            normals=self._corner_normals,
+        )
+        return read_content(scan_lines(self._data), triangles, self._resources)
 
     def _divisions(self) -> dict[str, Division]:
         return face_divisions(scan_lines(self._data), self._statements[self._surface.kept])

@@ -56,15 +56,23 @@ def read_texcoords(lines: ObjLines) -> NDArray[np.float64]:
     return _read_vectors(lines, lines.texcoords, _tolerated_texcoord, width=2)
 
 
-def read_colors(lines: ObjLines) -> NDArray[np.float64] | None:
-    """(r, 3) colours that follow the coordinates of the v statements; None if there are none.
+def read_colors(lines: ObjLines) -> NDArray[np.float64]:
+    """(r, 3) colours that follow the coordinates of the v statements, NaN where none does.
 
-    That is no part of the format, but what scanners and sculpting programs write.
+    They are no part of the format, but what scanners and sculpting programs write.
     """
+    return _read_vectors(lines, lines.vertices, _tolerated_color, first=4)
+
+
+def has_colors(lines: ObjLines) -> bool:
+    """Whether the first of the v statements has a colour."""
     rows = lines.vertices
-    if len(rows) == 0 or len(lines.leading_words(int(rows[0]), _COLORED)) < _COLORED:
-        return None
-    return _read_vectors(lines, rows, _tolerated_color, first=4)
+    return len(rows) > 0 and len(lines.leading_words(int(rows[0]), _COLORED)) == _COLORED
+
+
+def parse_number(word: bytes) -> float | None:
+    """A finite number; None if the word is none."""
+    return float(word) if _NUMBER.fullmatch(word) and np.isfinite(float(word)) else None
 
 
 def shown(word: bytes) -> str:

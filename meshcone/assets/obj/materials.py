@@ -1,0 +1,205 @@
+"""The material libraries of an OBJ file.
+
+Source: "MTL material format", Alias|Wavefront 1995, with the PBR statements that exporters
+add to it (Clara.io, "Extending Wavefront MTL for physically based rendering", 2014). Colours
+are taken as sRGB, as viewers show them; so are those of textures.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from meshcone.assets.content import Image, Material, TextureUse
+from meshcone.assets.content.faults import Faults
+from meshcone.assets.content.records import Wrap
+from meshcone.assets.obj.numbers import parse_number, shown
+
+_SLOTS = {
+    b"map_kd": "base_color",
+    b"map_d": "alpha",
+    b"map_ks": "specular",
+    b"map_ka": "ambient",
+    b"map_ke": "emissive",
+    b"map_ns": "shininess",
+    b"map_pr": "roughness",
+    b"map_pm": "metallic",
+    b"map_bump": "bump",
+    b"bump": "bump",
+    b"norm": "normal",
+    b"map_norm": "normal",
+    b"disp": "displacement",
+    b"decal": "decal",
+}
+# How many words follow an option of a texture; -o, -s and -t take one to three numbers.
+_OPTIONS = {
+    b"-blendu": 1,
+    b"-blendv": 1,
+    b"-boost": 1,
+    b"-bm": 1,
+    b"-cc": 1,
+    b"-clamp": 1,
+    b"-imfchan": 1,
+    b"-mm": 2,
+    b"-texres": 1,
+    b"-type": 1,
+}
+_VECTOR_OPTIONS = (b"-o", b"-s", b"-t")
+_LINE = re.compile(rb"[^\r\n]+")
+
+
+@dataclass
+class _Draft:
+    """A material whose statements are being read."""
+
+    name: str
+    color: tuple[float, ...] = (1.0, 1.0, 1.0)
+    alpha: float = 1.0
+    metallic: float = 0.0
+    roughness: float = 1.0
+    emissive: tuple[float, ...] = (0.0, 0.0, 0.0)
+    textures: list[TextureUse] = field(default_factory=list)
+
+    def finished(self) -> Material:
+        red, green, blue = map(linear, self.color)
+        glow = tuple(map(linear, self.emissive))
+        see_through = self.alpha < 1 or any(use.slot == "alpha" for use in self.textures)
+        return Material(
+            name=self.name,
+            base_color=(red, green, blue, self.alpha),
+            metallic=self.metallic,
+            roughness=self.roughness,
+            emissive=(glow[0], glow[1], glow[2]),
+            alpha_mode="BLEND" if see_through else "OPAQUE",
+            double_sided=True,
+            textures=tuple(self.textures),
+        )
+
+
+class LibraryReader:
+    """Reads material libraries and the images they name.
+
+    Args:
+        resources: files that were sent, by name.
+        faults: where malformed statements are noted.
+
+    Attributes:
+        images: those that any material names.
+    """
+
+    def __init__(self, resources: Mapping[str, bytes], faults: Faults) -> None:
+        self._resources = resources
+        self._faults = faults
+        self._numbers: dict[str, int] = {}
+        self.images: list[Image] = []
+
+    def find(self, name: str) -> bytes | None:
+        """A file that was sent, by the name or path that another file uses for it."""
+        for known in (name, name.replace("\\", "/").rpartition("/")[2]):
+            if known in self._resources:
+                return self._resources[known]
+        return None
+
+    def read(self, library: str, data: bytes) -> Iterator[Material]:
+        """The materials of one library.
+
+        Args:
+            library: its name, for messages.
+            data: its bytes.
+        """
+        draft: _Draft | None = None
+        for number, match in enumerate(_LINE.finditer(data), 1):
+            keyword, _, rest = match[0].partition(b"#")[0].strip().partition(b" ")
+            key = keyword.strip().lower()
+            if key == b"newmtl":
+                if draft is not None:
+                    yield draft.finished()
+                draft = _Draft(rest.strip().decode("utf-8", "replace"))
+            elif draft is not None:
+                self._take(draft, key, rest.split(), f"{library}, statement {number}")
+        if draft is not None:
+            yield draft.finished()
+
+    def _take(self, draft: _Draft, key: bytes, words: list[bytes], place: str) -> None:
+        if key in _SLOTS:
+            draft.textures.append(self._texture(_SLOTS[key], words))
+        elif key in (b"kd", b"ke"):
+            color = self._numbers_of(words, place)
+            if color and key == b"kd":
+                draft.color = color if len(color) == 3 else (color[0],) * 3
+            elif color:
+                draft.emissive = color if len(color) == 3 else (color[0],) * 3
+        elif key in (b"d", b"tr", b"pr", b"pm"):
+            value = self._numbers_of([word for word in words if word != b"-halo"], place)
+            if value:
+                self._set(draft, key, value[0])
+
+    def _set(self, draft: _Draft, key: bytes, value: float) -> None:
+        if key in (b"d", b"tr"):
+            draft.alpha = value if key == b"d" else 1 - value
+        elif key == b"pr":
+            draft.roughness = value
+        else:
+            draft.metallic = value
+
+    def _numbers_of(self, words: list[bytes], place: str) -> tuple[float, ...] | None:
+        """One or three numbers; spectra and CIE colours, which no viewer reads, are none."""
+        if words and words[0] in (b"spectral", b"xyz"):
+            return None
+        values = [parse_number(word) for word in words[:3]]
+        found = tuple(value for value in values if value is not None)
+        if len(found) == len(values) and len(found) in (1, 3):
+            return found
+        self._faults.note(place, f"expected numbers, found '{shown(b' '.join(words))}'")
+        return None
+
+    def _texture(self, slot: str, words: list[bytes]) -> TextureUse:
+        rest = list(words)
+        vectors = {b"-o": [0.0, 0.0], b"-s": [1.0, 1.0]}
+        wrap: Wrap = "repeat"
+        while len(rest) > 1 and rest[0].lower() in (*_OPTIONS, *_VECTOR_OPTIONS):
+            option = rest.pop(0).lower()
+            taken = _OPTIONS.get(option) or _count_numbers(rest[:3])
+            values, rest = rest[:taken], rest[taken:]
+            if option == b"-clamp" and values == [b"on"]:
+                wrap = "clamp"
+            for axis, word in enumerate(values[:2] if option in vectors else ()):
+                vectors[option][axis] = parse_number(word) or 0.0
+        name = b" ".join(rest).decode("utf-8", "replace")
+        return TextureUse(
+            slot=slot,
+            image=self._image(name),
+            wrap=(wrap, wrap),
+            offset=(vectors[b"-o"][0], vectors[b"-o"][1]),
+            scale=(vectors[b"-s"][0], vectors[b"-s"][1]),
+        )
+
+    def _image(self, name: str) -> int:
+        if name not in self._numbers:
+            self._numbers[name] = len(self.images)
+            data = self.find(name)
+            self.images.append(Image(name, f"image '{name[:60]}'", data))
+        return self._numbers[name]
+
+
+def named_images(data: bytes) -> Iterator[str]:
+    """The image files that a material library names."""
+    reader = LibraryReader({}, Faults())
+    for _ in reader.read("", data):
+        pass
+    return (image.name for image in reader.images)
+
+
+def linear(value: float) -> float:
+    """A channel of sRGB as linear light (IEC 61966-2-1)."""
+    value = min(max(value, 0.0), 1.0)
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
+def _count_numbers(words: list[bytes]) -> int:
+    """How many numbers stand at the start: a file name follows them, which may be one too."""
+    count = 0
+    while count < len(words) and parse_number(words[count]) is not None:
+        count += 1
+    return min(count, max(len(words) - 1, 1))
