@@ -38,7 +38,7 @@ class EdgeUses:
     @property
     def opposed(self) -> int:
         """Edges of two faces that both run along it in the same direction."""
-        return int(np.count_nonzero((self.counts == 2) & (self._upward_counts != 1)))
+        return int(np.count_nonzero((self.counts == 2) & (self.upward_counts != 1)))
 
     def manifold_pairs(self) -> tuple[Ints, Ints, Ints]:
         """Edges of two faces that agree on what is outside.
@@ -47,7 +47,7 @@ class EdgeUses:
             (k,) the face that runs along the edge upward, (k,) the other face, and (k, 2)
             the edge's ends in the direction of the first.
         """
-        usable = (self.counts == 2) & (self._upward_counts == 1)
+        usable = (self.counts == 2) & (self.upward_counts == 1)
         chosen = np.flatnonzero(usable[self.side_edges])
         ordered = chosen[np.lexsort((~self.upward[chosen], self.side_edges[chosen]))]
         first, second = ordered[::2], ordered[1::2]
@@ -55,7 +55,8 @@ class EdgeUses:
         return first % faces, second % faces, _sides(self.mesh)[first]
 
     @property
-    def _upward_counts(self) -> Ints:
+    def upward_counts(self) -> Ints:
+        """(e,) number of sides on each edge that run upward."""
         return np.bincount(self.side_edges[self.upward], minlength=len(self.counts))
 
 

@@ -139,6 +139,7 @@ class Primitive:
         vertices: how many the file stores for it.
         attributes: their names, in glTF's words (``TEXCOORD_0``).
         targets: how many morph targets it has.
+        gpu_bytes: attributes and indices as stored, without morph targets.
     """
 
     material: int | None
@@ -146,6 +147,7 @@ class Primitive:
     vertices: int
     attributes: tuple[str, ...]
     targets: int = 0
+    gpu_bytes: int = 0
 
 
 @dataclass(frozen=True)
@@ -232,6 +234,7 @@ class Draw:
         material: index of it; None for the default.
         rows: the triangles, as rows of those the asset lists.
         attributes: what its corners have besides positions, by name.
+        matrix: (4, 4) from the mesh to world, column vectors.
     """
 
     node: int | None
@@ -240,6 +243,7 @@ class Draw:
     material: int | None
     rows: NDArray[np.int64]
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    matrix: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
 
 
 @dataclass(frozen=True)

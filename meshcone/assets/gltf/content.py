@@ -158,7 +158,23 @@ class _Reader:
             vertices=count or 0,
             attributes=tuple(sorted(attributes.members())) if attributes else (),
             targets=len(primitive.children("targets")),
+            gpu_bytes=self._stored_bytes(primitive, attributes),
         )
+
+    def _stored_bytes(self, primitive: Lenient, attributes: Lenient | None) -> int:
+        named = [(attributes, name) for name in attributes.members()] if attributes else []
+        count = len(self._accessors.elements)
+        indices = [
+            holder.reference(name, count, "accessor")
+            for holder, name in [*named, (primitive, "indices")]
+        ]
+        return sum(self._size(index) for index in indices if index is not None)
+
+    def _size(self, accessor: int) -> int:
+        described = Lenient(self._accessors.elements[accessor], self._faults).attempt(
+            lambda _: self._accessors.describe(accessor)
+        )
+        return described.size if described else 0
 
     def _vertices(self, attributes: Lenient) -> int:
         elements = self._accessors.elements
@@ -180,6 +196,7 @@ class _Reader:
                 material=meshes[placement.mesh].primitives[number].material,
                 rows=np.arange(start, end),
                 attributes=dict(self._attributes(placed)),
+                matrix=placement.matrix,
             )
             start = end
 

@@ -25,6 +25,10 @@ from meshcone.assets.obj.numbers import (
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.assets.weld import group_equal_rows
 
+_FLOAT = 4  # bytes
+_WIDTHS = {"TEXCOORD_0": 2, "NORMAL": 3, "COLOR_0": 3}
+_SHORT_INDICES = 65_535  # vertices that 16 bits can number (glTF 2.0, section 3.7.2.1)
+
 
 @dataclass(frozen=True)
 class ObjTriangles:
@@ -136,13 +140,29 @@ def _draws(
         attributes = tables.attributes(rows)
         number = materials.get(material_names[material])
         draws.append(Draw(mesh, mesh, len(primitives[mesh]), number, rows, attributes))
-        vertices = len(np.unique(triangles.vertices[rows]))
-        names = ("POSITION", *attributes)
-        primitives[mesh].append(Primitive(number, "triangles", vertices, tuple(sorted(names))))
+        primitives[mesh].append(_primitive(triangles, rows, number, tuple(attributes)))
     found = tuple(
         Mesh(object_names[owner], tuple(primitives[mesh])) for owner, mesh in meshes.items()
     )
     return tuple(draws), found
+
+
+def _primitive(
+    triangles: ObjTriangles, rows: NDArray[np.int64], material: int | None, names: tuple[str, ...]
+) -> Primitive:
+    """Triangles as a GPU needs them: a vertex for each combination that a corner has."""
+    corners = [triangles.vertices[rows], triangles.texcoords[rows], triangles.normals[rows]]
+    combined, _ = group_equal_rows(np.stack(corners, axis=-1).reshape(-1, 3).astype(np.float64))
+    vertices = int(combined.max()) + 1
+    vertex_bytes = _FLOAT * (3 + sum(_WIDTHS[name] for name in names))
+    index_bytes = 2 if vertices <= _SHORT_INDICES else 4
+    return Primitive(
+        material=material,
+        mode="triangles",
+        vertices=vertices,
+        attributes=tuple(sorted(("POSITION", *names))),
+        gpu_bytes=vertices * vertex_bytes + len(combined) * index_bytes,
+    )
 
 
 class _Tables:

@@ -1,0 +1,206 @@
+"""The surface of an asset: what is wrong with it, and what it encloses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from pydantic import Field
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from meshcone.audit.records import Section
+from meshcone.audit.subject import Subject
+from meshcone.quality.edge_uses import EdgeUses
+from meshcone.quality.validity import inspect
+from meshcone.surface import Mesh
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
+
+HARD_EDGE_DEGREES = 30.0
+SHARP_EDGE_DEGREES = 89.0
+DEBRIS_SHARE = 0.01
+"""Of the whole asset's diagonal."""
+
+_SLIVER = 0.01  # height over the longest side
+_ON_EDGE = 1e-6  # of the diagonal: how near a vertex is on an edge
+_MOST_NEIGHBOURS = 5_000_000
+_PAIRS_PER_FACE = 100
+
+
+class Geometry(Section):
+    """Counts on the welded surface; null where a count was not taken."""
+
+    watertight: bool = Field(description="every edge has exactly two faces")
+    boundary_edges: int = Field(description="edges with one face")
+    non_manifold_edges: int = Field(description="edges with more than two faces")
+    opposed_edges: int = Field(
+        description="edges across which two faces turn their outsides in opposite directions"
+    )
+    degenerate_faces: int = Field(
+        description="triangles of the file without area, those with two equal corners among them"
+    )
+    duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
+    self_intersections: int | None = Field(
+        description="pairs of faces that pass through each other; null: not tested, because the "
+        "test would not have ended in bounded time"
+    )
+    slivers: int = Field(description="faces less than 1 % as high as their longest side is long")
+    hard_edges: int = Field(description="edges between faces that meet at more than 30 degrees")
+    sharp_edges: int = Field(description="edges between faces that meet at 89 degrees or more")
+    t_junctions: int | None = Field(
+        description="vertices of open borders that lie on an edge of one; null: not tested"
+    )
+    isolated_vertices: int = Field(description="vertices of the file that no triangle uses")
+    pieces: int = Field(description="parts connected by shared vertices")
+    closed_pieces: int
+    debris: int = Field(description="pieces smaller than 1 % of the whole")
+    inside_out_share: float = Field(
+        description="share of the surface in closed pieces that face inwards; cavities, which lie "
+        "within another piece, do not"
+    )
+    area: float = Field(description="in model units squared")
+    volume: float | None = Field(
+        description="that the closed pieces enclose, in model units cubed, cavities taken out; "
+        "null where some piece is open"
+    )
+
+    @classmethod
+    def of(cls, subject: Subject) -> Self:
+        """Count the defects of a surface."""
+        mesh = subject.mesh
+        uses = EdgeUses.of(mesh)
+        found = inspect(mesh, _PAIRS_PER_FACE * len(mesh.faces))
+        pieces = _Pieces.of(mesh, uses)
+        angles = _dihedral_degrees(mesh, uses)
+        debris = pieces.diagonals < DEBRIS_SHARE * subject.diagonal
+        return cls(
+            watertight=found.watertight,
+            boundary_edges=found.boundary_edges,
+            non_manifold_edges=found.non_manifold_edges,
+            opposed_edges=found.opposed_edges,
+            degenerate_faces=int(np.count_nonzero(~subject.solid)),
+            duplicate_faces=found.duplicate_faces,
+            self_intersections=found.self_intersections,
+            slivers=_slivers(mesh),
+            hard_edges=int(np.count_nonzero(angles > HARD_EDGE_DEGREES)),
+            sharp_edges=int(np.count_nonzero(angles >= SHARP_EDGE_DEGREES)),
+            t_junctions=_t_junctions(mesh, uses, _ON_EDGE * subject.diagonal),
+            isolated_vertices=_isolated(subject),
+            pieces=len(pieces.areas),
+            closed_pieces=int(np.count_nonzero(pieces.closed)),
+            debris=int(np.count_nonzero(debris)),
+            inside_out_share=pieces.inside_out_share(),
+            area=float(mesh.face_areas.sum()),
+            volume=float(pieces.volumes.sum()) if pieces.closed.all() else None,
+        )
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Parts of a surface.
+
+    Attributes:
+        areas: (p,) of each.
+        volumes: (p,) signed, about any point for those that are closed.
+        closed: (p,) whether every edge has two faces that agree on what is outside.
+        low, high: (p, 3) corners of each box.
+    """
+
+    areas: Floats
+    volumes: Floats
+    closed: Bools
+    low: Floats
+    high: Floats
+
+    @staticmethod
+    def of(mesh: Mesh, uses: EdgeUses) -> _Pieces:
+        edges, count = mesh.edges, len(mesh.vertices)
+        graph = sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), (count, count))
+        _, of_vertex = connected_components(graph, directed=False)
+        _, of_face = np.unique(of_vertex[mesh.faces[:, 0]], return_inverse=True)
+        pieces = int(of_face.max()) + 1
+        corners = mesh.corners - mesh.corners.mean(axis=(0, 1))
+        signed = row_dot(corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        bad = (uses.counts != 2) | (uses.upward_counts != 1)
+        open_pieces = np.unique(np.tile(of_face, 3)[bad[uses.side_edges]])
+        closed = np.ones(pieces, dtype=bool)
+        closed[open_pieces] = False
+        low, high = np.full((pieces, 3), np.inf), np.full((pieces, 3), -np.inf)
+        np.minimum.at(low, of_face, mesh.corners.min(axis=1))
+        np.maximum.at(high, of_face, mesh.corners.max(axis=1))
+        return _Pieces(
+            areas=np.bincount(of_face, mesh.face_areas),
+            volumes=np.bincount(of_face, signed),
+            closed=closed,
+            low=low,
+            high=high,
+        )
+
+    @property
+    def diagonals(self) -> Floats:
+        """(p,) lengths of the boxes' diagonals."""
+        return row_lengths(self.high - self.low)
+
+    def inside_out_share(self) -> float:
+        """Share of the area in closed pieces that face inwards and are no cavities."""
+        inwards = np.flatnonzero(self.closed & (self.volumes < 0))
+        outer = np.flatnonzero(self.closed & (self.volumes > 0))
+        largest = outer[np.argsort(-self.volumes[outer])][:1000]
+        area = sum(
+            float(self.areas[piece]) for piece in inwards if not self._is_within(piece, largest)
+        )
+        return area / (float(self.areas.sum()) or 1.0)
+
+    def _is_within(self, piece: int, others: Ints) -> bool:
+        below = (self.low[others] <= self.low[piece]).all(axis=1)
+        above = (self.high[others] >= self.high[piece]).all(axis=1)
+        return bool((below & above).any())
+
+
+def _slivers(mesh: Mesh) -> int:
+    sides = mesh.corners - np.roll(mesh.corners, 1, axis=1)
+    longest = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
+    flat = 2 * mesh.face_areas < _SLIVER * longest
+    return int(np.count_nonzero(flat & (mesh.face_areas > 0)))
+
+
+def _dihedral_degrees(mesh: Mesh, uses: EdgeUses) -> Floats:
+    """(k,) angle by which two faces are bent at each edge where just two agree."""
+    first, second, _ = uses.manifold_pairs()
+    cosines = row_dot(mesh.face_normals[first], mesh.face_normals[second])
+    solid = (mesh.face_areas[first] > 0) & (mesh.face_areas[second] > 0)
+    return np.asarray(np.degrees(np.arccos(np.clip(cosines[solid], -1, 1))))
+
+
+def _isolated(subject: Subject) -> int:
+    used = np.zeros(len(subject.asset.positions), dtype=bool)
+    used[subject.asset.triangles] = True
+    return int(np.count_nonzero(~used))
+
+
+def _t_junctions(mesh: Mesh, uses: EdgeUses, near: float) -> int | None:
+    """Vertices of open borders within a border's edge; None where there are too many near."""
+    sides = np.flatnonzero(uses.counts[uses.side_edges] == 1)
+    faces = mesh.faces
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])[sides]
+    vertices = np.unique(ends)
+    if len(vertices) == 0:
+        return 0
+    start, end = mesh.vertices[ends[:, 0]], mesh.vertices[ends[:, 1]]
+    lengths = row_lengths(end - start)
+    tree = cKDTree(mesh.vertices[vertices])
+    middles, reach = (start + end) / 2, lengths / 2 + near
+    counts = tree.query_ball_point(middles, reach, return_length=True)
+    if counts.sum() > _MOST_NEIGHBOURS:
+        return None
+    edge = np.repeat(np.arange(len(ends)), counts)
+    found = np.concatenate(tree.query_ball_point(middles, reach)).astype(np.int64)
+    points = mesh.vertices[vertices[found]]
+    along = row_dot(points - start[edge], (end - start)[edge]) / np.maximum(lengths[edge], near)
+    away = row_lengths(
+        points - start[edge] - along[:, None] * (end - start)[edge] / lengths[edge, None]
+    )
+    on_edge = (away <= near) & (along > near) & (along < lengths[edge] - near)
+    return len(np.unique(found[on_edge]))

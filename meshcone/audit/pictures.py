@@ -1,0 +1,147 @@
+"""The images of an asset: what their headers say, and their pixels within bounds.
+
+Sizes are read from headers. Pixels are decoded one image at a time, and only where there are
+not too many of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import struct
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+from PIL import UnidentifiedImageError
+
+from meshcone.assets.content import Image
+
+PictureFormat = Literal["png", "jpeg", "webp", "ktx2", "unknown"]
+
+MOST_TEXELS = 8192 * 8192
+"""Of one image that is decoded: 256 MiB as RGBA."""
+
+_FORMATS: dict[str, PictureFormat] = {"PNG": "png", "JPEG": "jpeg", "WEBP": "webp"}
+_KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
+_KTX2_SIZE = struct.Struct("<II")
+_KTX2_SIZE_AT = 20  # KTX File Format 2.0, section 3.4: after identifier, vkFormat and typeSize
+
+
+class UndecodableError(Exception):
+    """The pixels of an image cannot be had; the message says why."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What the header of an image says.
+
+    Attributes:
+        image: as the file holds it.
+        format: by its content.
+        width, height: texels; None where they could not be read.
+        sha256: of its bytes; None where it was not sent.
+        fault: why it cannot be read, if it cannot.
+    """
+
+    image: Image
+    format: PictureFormat
+    width: int | None = None
+    height: int | None = None
+    sha256: str | None = None
+    fault: str | None = None
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return self.image.name or self.image.place
+
+    @property
+    def texels(self) -> int | None:
+        """How many it has."""
+        return None if self.width is None or self.height is None else self.width * self.height
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """(h, w, 4) RGBA as encoded, 16 bits cut to 8; colour profiles are not applied.
+
+        glTF has viewers ignore them (section 3.8.4.3).
+
+        Raises:
+            UndecodableError: it has too many texels, is damaged, or of a format that is not
+                decoded here.
+        """
+        if self.fault is not None:
+            raise UndecodableError(self.fault)
+        if self.format == "ktx2":
+            raise UndecodableError("KTX2 images are not decoded")
+        if self.texels is None or self.texels > MOST_TEXELS:
+            raise UndecodableError(
+                f"{self.width}x{self.height} are more than the {MOST_TEXELS:,} texels decoded here"
+            )
+        try:
+            with _opened(self.image.data or b"") as opened:
+                return _as_rgba(opened)
+        except _PILLOW_ERRORS as error:
+            raise UndecodableError(f"damaged: {error}") from None
+
+
+def read_picture(image: Image) -> Picture:
+    """Read the header of an image."""
+    data = image.data
+    if data is None:
+        return Picture(image, "unknown", fault="missing")
+    digest = hashlib.sha256(data).hexdigest()
+    if data.startswith(_KTX2):
+        if len(data) < _KTX2_SIZE_AT + _KTX2_SIZE.size:
+            return Picture(image, "ktx2", sha256=digest, fault="its header is cut short")
+        width, height = _KTX2_SIZE.unpack_from(data, _KTX2_SIZE_AT)
+        return Picture(image, "ktx2", width, max(height, 1), digest)
+    try:
+        with _opened(data) as opened:
+            kind = _FORMATS[opened.format or ""]
+            return Picture(image, kind, opened.width, opened.height, digest)
+    except UnidentifiedImageError:
+        return Picture(image, "unknown", sha256=digest, fault="it is no PNG, JPEG, WebP or KTX2")
+    except _PILLOW_ERRORS as error:
+        return Picture(image, "unknown", sha256=digest, fault=f"damaged: {error}")
+
+
+# What Pillow raises over damaged files, by experience: its plugins do not agree on one.
+_PILLOW_ERRORS = (
+    OSError,
+    ValueError,
+    SyntaxError,
+    struct.error,
+    EOFError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    Pillow.DecompressionBombError,
+)
+
+
+def _opened(data: bytes) -> Pillow.Image:
+    with warnings.catch_warnings():
+        # The caps on texels here are ours.
+        warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
+        return Pillow.open(io.BytesIO(data), formats=tuple(_FORMATS))
+
+
+def _as_rgba(opened: Pillow.Image) -> NDArray[np.uint8]:
+    if opened.mode.startswith("I"):  # 16 bits of grey
+        grey = (np.asarray(opened).astype(np.int64) >> 8).clip(0, 255).astype(np.uint8)
+        return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
+    return np.asarray(opened.convert("RGBA"))
+
+
+def grouped_by_content(pictures: tuple[Picture, ...]) -> Iterator[list[int]]:
+    """Numbers of images that have the same bytes, two or more of them."""
+    groups: dict[str, list[int]] = {}
+    for number, picture in enumerate(pictures):
+        if picture.sha256 is not None:
+            groups.setdefault(picture.sha256, []).append(number)
+    return (group for group in groups.values() if len(group) > 1)

@@ -1,0 +1,70 @@
+"""The asset that is audited, and what several checks need of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from meshcone.assets import Asset
+from meshcone.assets.content import Content, Draw
+from meshcone.surface import Mesh
+from meshcone.surface.arrays import Bools, Floats, row_lengths
+
+UV_SETS_READ = 8  # of a primitive; no viewer reads more
+_EPSILON = 1e-14
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An asset with its content.
+
+    Attributes:
+        asset: as read.
+        data_bytes: size of its file.
+        resource_bytes: size of the files that were sent with it.
+    """
+
+    asset: Asset
+    data_bytes: int
+    resource_bytes: int = 0
+
+    @cached_property
+    def content(self) -> Content:
+        """All that the file holds."""
+        return self.asset.content()
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The welded surface, in model units."""
+        return Mesh(self.asset.vertices, self.asset.faces)
+
+    @cached_property
+    def listed(self) -> Mesh:
+        """All triangles that the file lists, over its raw vertices."""
+        return Mesh(self.asset.positions, self.asset.triangles)
+
+    @cached_property
+    def solid(self) -> Bools:
+        """(k,) which of the listed triangles have an area."""
+        sides = self.listed.corners - np.roll(self.listed.corners, 1, axis=1)
+        longest = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
+        return np.asarray(self.listed.face_areas > _EPSILON * longest)
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Least and greatest coordinates of the surface."""
+        used = self.mesh.vertices
+        return used.min(axis=0), used.max(axis=0)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Length of the box's diagonal."""
+        low, high = self.box
+        return float(row_lengths((high - low)[None])[0])
+
+    def corners(self, draw: Draw, name: str) -> Floats | None:
+        """(k, 3, c) values of an attribute at the corners of a draw; None if it has none."""
+        attribute = draw.attributes.get(name)
+        return None if attribute is None else attribute.at_corners()
