@@ -131,8 +131,8 @@ class _Pieces:
         np.minimum.at(low, of_face, mesh.corners.min(axis=1))
         np.maximum.at(high, of_face, mesh.corners.max(axis=1))
         return _Pieces(
-            areas=np.bincount(of_face, mesh.face_areas),
-            volumes=np.bincount(of_face, signed),
+            areas=np.asarray(np.bincount(of_face, mesh.face_areas), dtype=np.float64),
+            volumes=np.asarray(np.bincount(of_face, signed), dtype=np.float64),
             closed=closed,
             low=low,
             high=high,
@@ -148,10 +148,8 @@ class _Pieces:
         inwards = np.flatnonzero(self.closed & (self.volumes < 0))
         outer = np.flatnonzero(self.closed & (self.volumes > 0))
         largest = outer[np.argsort(-self.volumes[outer])][:1000]
-        area = sum(
-            float(self.areas[piece]) for piece in inwards if not self._is_within(piece, largest)
-        )
-        return area / (float(self.areas.sum()) or 1.0)
+        wrong = [piece for piece in inwards.tolist() if not self._is_within(piece, largest)]
+        return float(self.areas[wrong].sum()) / (float(self.areas.sum()) or 1.0)
 
     def _is_within(self, piece: int, others: Ints) -> bool:
         below = (self.low[others] <= self.low[piece]).all(axis=1)
