@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from meshcone.threads import use_one_thread
 
 
@@ -13,6 +15,7 @@ def main() -> None:
     """
     use_one_thread()
 
+    from worker.broker.patience import wait_for_broker
     from worker.logs import configure_logging
 
     configure_logging()
@@ -34,22 +37,24 @@ def main() -> None:
     from worker.jobs.heartbeats import Heartbeats
     from worker.jobs.ledger import Ledger
     from worker.jobs.queue import JobQueue
-    from worker.run.loop import WorkerLoop
-    from worker.run.presence import Presence
+    from worker.run.attempt import Attempts
+    from worker.run.worker import MeshWorker
 
     client, connection = connect_text(url), connect_bytes(url)
-    queue = JobQueue(settings, connection)
-    WorkerLoop(
+    wait_for_broker(client, until=lambda: stop.made)
+    attempts = Attempts(
         settings,
         ledger=Ledger(client),
-        queue=queue,
+        queue=JobQueue(settings, connection),
         heartbeats=Heartbeats(client, settings.heartbeat_timeout),
-        presence=Presence(queue, connection),
         stop=stop,
-        run=worker.run.task.run,
-        keep=upkeep.keep,
-    ).work()
+        work=worker.run.task.run,
+    )
+    if not stop.made:
+        MeshWorker(attempts, connection, upkeep.keep).work(logging_level="WARNING")
     upkeep.end()
+    if not stop.made:
+        sys.exit("the worker ended unexpectedly")  # RQ's loop has logged why
 
 
 if __name__ == "__main__":

@@ -5,11 +5,14 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
+
+if TYPE_CHECKING:
+    from redis import Redis
 
 logger = logging.getLogger(__name__)
 
@@ -59,3 +62,17 @@ class OutageLog:
         if self._since is not None:
             logger.info("the broker is back after %.1f s", time.monotonic() - self._since)
             self._since = None
+
+
+def wait_for_broker(client: Redis, until: Callable[[], bool]) -> None:
+    """Wait until the broker answers, or a condition holds."""
+    outage = OutageLog()
+    while not until():
+        try:
+            client.ping()
+        except RedisError as error:
+            outage.is_away(error)
+            time.sleep(_LONGEST_PAUSE)
+        else:
+            outage.is_back()
+            return

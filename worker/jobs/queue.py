@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import secrets
 import socket
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rq import Queue, worker_registration
 from rq.defaults import DEFAULT_WORKER_TTL
-from rq.exceptions import DequeueTimeout
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
@@ -25,9 +23,10 @@ if TYPE_CHECKING:
 
     from worker.settings import WorkerSettings
 
-TASK = "worker.run.task.run"
-"""What a message names as its function. Workers go by the job id alone and call no name."""
+TASK = "worker.run.attempt.run"
+"""The function that a message names; its one argument is the id of a job."""
 
+_FAILURE_TTL = 86_400  # seconds for which `rq requeue` can send again what RQ says has failed
 _LONGEST_LIFE = DEFAULT_WORKER_TTL + 60  # seconds; what RQ gives a worker's entry at most
 
 
@@ -57,26 +56,26 @@ class JobQueue:
             job_id,
             job_id=f"{job_id}_{secrets.token_hex(4)}",
             job_timeout=-1,  # workers keep time themselves
+            result_ttl=0,  # the ledger has the result
+            failure_ttl=_FAILURE_TTL,
             description=f"job {job_id}",
         )
-
-    def take(self, timeout: int) -> Delivery | None:
-        """The next message, which stays in the intermediate list until it is discarded.
-
-        Args:
-            timeout: whole seconds to wait for one at most.
-        """
-        with suppress(DequeueTimeout):
-            taken = Queue.lmove(self._connection, self.rq.key, timeout)
-            if taken is not None:
-                return _delivery(taken[1])
-        return None
 
     def discard(self, delivery: Delivery) -> None:
         """Forget a message that was taken."""
         with self._connection.pipeline() as pipeline:
             pipeline.lrem(self.rq.intermediate_queue_key, 0, delivery.id)
             pipeline.delete(Job.key_for(delivery.id))
+            pipeline.execute()
+
+    def forget_started(self, job_id: str) -> None:
+        """Forget the messages of a job that RQ shows as being worked on: their worker died."""
+        started = self.rq.started_job_registry
+        with self._connection.pipeline() as pipeline:
+            for message, execution in started.get_job_and_execution_ids(cleanup=False):
+                if job_of(message) == job_id:
+                    pipeline.zrem(started.key, f"{message}:{execution}")
+                    pipeline.delete(Job.key_for(message))
             pipeline.execute()
 
     def waiting(self) -> set[str]:
@@ -116,4 +115,9 @@ class JobQueue:
 
 def _delivery(item: bytes | str) -> Delivery:
     text = item.decode() if isinstance(item, bytes) else item
-    return Delivery(text, text.partition("_")[0])
+    return Delivery(text, job_of(text))
+
+
+def job_of(message: str) -> str:
+    """The id of the job that a message is about, by the message's own."""
+    return message.partition("_")[0]

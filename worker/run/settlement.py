@@ -19,7 +19,6 @@ from worker.jobs.records import JobError, JobRecord, JobState
 from worker.run.attendance import Cause, Ending
 
 if TYPE_CHECKING:
-    from worker.jobs.queue import Delivery, JobQueue
     from worker.run.horse import Death
 
 logger = logging.getLogger(__name__)
@@ -63,14 +62,13 @@ def settle(
     return give_up_attempt(ledger, record, attempts, _reason(ending.death, was_out_of_memory))
 
 
-def leave_to_newer_worker(queue: JobQueue, delivery: Delivery, found: TooNewError) -> None:
+def leave_to_newer_worker(found: TooNewError) -> None:
     """Leave a job, which stays queued, to a worker that knows its options.
 
     Its message is not sent on: this worker would take it again at once. The reconciler finds
     the job without one and sends another, so it is offered every few seconds. The log says so
     at the first time only.
     """
-    queue.discard(delivery)
     level = logging.WARNING if found.first else logging.DEBUG
     logger.log(level, "%s; it waits for a newer one: upgrade the workers", found)
 

@@ -24,7 +24,7 @@ class StopRequest:
     def listen(self) -> None:
         """Handle the signals from now on."""
         for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, self._note)
+            signal.signal(number, self.note)
 
     @property
     def made(self) -> bool:
@@ -38,7 +38,8 @@ class StopRequest:
             self._asked_at is not None and time.monotonic() - self._asked_at >= self._grace
         )
 
-    def _note(self, _number: int, _frame: FrameType | None) -> None:
+    def note(self, _number: int, _frame: FrameType | None) -> None:
+        """Handle a signal."""
         now = time.monotonic()
         if self._asked_at is None:
             self._asked_at = now

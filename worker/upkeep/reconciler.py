@@ -76,6 +76,7 @@ class Reconciler:
             except (TransitionRefusedError, UnknownJobError):
                 continue  # it was not dead after all
             logger.warning("job %s: attempt %d lost its worker, now %s", *key, state)
+            self._queue.forget_started(record.id)
             if state == "queued":
                 self._queue.enqueue(record.id)
 
