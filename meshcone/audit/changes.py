@@ -1,0 +1,194 @@
+"""What else changed between a reference and a source: all but the surface.
+
+Things are matched by their names. What has no counterpart of its name is matched by its
+content, which makes it renamed; what is left is lost or added.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from typing import Literal, Self, TypeVar, get_args
+
+from pydantic import Field
+
+from meshcone.assets.content import Content
+from meshcone.audit.contents import (
+    Fact,
+    Placed,
+    animations,
+    attributes,
+    images,
+    materials,
+    meshes,
+    named,
+    nodes,
+    skins,
+    targets,
+)
+from meshcone.audit.records import Section
+
+ChangeKind = Literal["lost", "added", "renamed", "moved", "altered"]
+
+ROWS_KEPT = 500
+"""Differences that are listed; all of them are counted."""
+
+_SHOWN = 80  # characters of a name
+_SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "extras": "extra data"}
+
+T = TypeVar("T")
+
+
+class Change(Section):
+    """One difference."""
+
+    kind: ChangeKind
+    what: str = Field(description="what kind of thing, such as materials")
+    where: str = Field(description="the thing's name in the reference, or its path; if added, here")
+    reference: str | None = Field(description="as the reference has it; null where it has not")
+    source: str | None = Field(description="as the source has it; null where it has not")
+    words: str
+
+
+class ChangeCounts(Section):
+    """How many of each kind of thing."""
+
+    scenes: int = 0
+    nodes: int = 0
+    meshes: int = 0
+    materials: int = 0
+    libraries: int = 0
+    images: int = 0
+    uv_sets: int = Field(0, description="sets of texture coordinates, per mesh")
+    color_sets: int = Field(0, description="sets of vertex colours, per mesh")
+    attributes: int = Field(0, description="other attributes of vertices, per mesh")
+    morph_targets: int = Field(0, description="per mesh")
+    skins: int = 0
+    animations: int = 0
+    cameras: int = 0
+    lights: int = 0
+    extensions: int = 0
+    extras: int = 0
+
+
+class Changes(Section):
+    """All differences of a source from its reference."""
+
+    lost: ChangeCounts
+    added: ChangeCounts
+    renamed: ChangeCounts
+    moved: ChangeCounts
+    altered: ChangeCounts
+    rows: tuple[Change, ...] = Field(description=f"the first {ROWS_KEPT} of them")
+
+    @classmethod
+    def between(cls, reference: Content, source: Content) -> Self:
+        """Compare what two files hold."""
+        kinds: tuple[ChangeKind, ...] = get_args(ChangeKind)
+        counts: dict[ChangeKind, Counter[str]] = {kind: Counter() for kind in kinds}
+        rows: list[Change] = []
+        for change in _differences(reference, source):
+            counts[change.kind][change.what] += 1
+            if len(rows) < ROWS_KEPT:
+                rows.append(change)
+        found = {kind: ChangeCounts.model_validate(dict(counts[kind])) for kind in kinds}
+        return cls.model_validate({**found, "rows": rows})
+
+
+def _differences(reference: Content, source: Content) -> Iterator[Change]:
+    def both(read: Callable[[Content], Mapping[str, T]]) -> tuple[Mapping[str, T], Mapping[str, T]]:
+        return read(reference), read(source)
+
+    yield from _listed("scenes", *both(lambda content: named(content.scenes)))
+    old_nodes, new_nodes = both(nodes)
+    yield from _listed("nodes", old_nodes, new_nodes)
+    yield from _moves(old_nodes, new_nodes)
+    yield from _described("meshes", *both(meshes))
+    yield from _described("materials", *both(materials), can_be_renamed=True)
+    yield from _listed("libraries", *both(lambda content: content.libraries))
+    yield from _listed("images", *both(images))
+    yield from _listed("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")))
+    yield from _listed("color_sets", *both(lambda content: attributes(content, "COLOR_")))
+    yield from _listed("attributes", *both(lambda content: attributes(content, None)))
+    yield from _listed("morph_targets", *both(targets))
+    yield from _described("skins", *both(skins))
+    yield from _described("animations", *both(animations), can_be_renamed=True)
+    yield from _listed("cameras", *both(lambda content: named(content.cameras)))
+    yield from _listed("lights", *both(lambda content: named(content.lights)))
+    yield from _listed("extensions", *both(lambda content: named(content.extensions_used)))
+    extras = both(lambda content: {place: Fact({"data": d}) for place, d in content.extras.items()})
+    yield from _described("extras", *extras)
+
+
+def _listed(what: str, reference: Mapping[str, T], source: Mapping[str, T]) -> Iterator[Change]:
+    """What is in one of two files only."""
+    for name in [each for each in reference if each not in source]:
+        yield _change("lost", what, name, "is missing", before=name)
+    for name in [each for each in source if each not in reference]:
+        yield _change("added", what, name, "is new", after=name)
+
+
+def _described(
+    what: str,
+    reference: Mapping[str, Fact],
+    source: Mapping[str, Fact],
+    *,
+    can_be_renamed: bool = False,
+) -> Iterator[Change]:
+    """What is in one of two files only, has another name there, or other properties."""
+    lost = {name: fact for name, fact in reference.items() if name not in source}
+    added = {name: fact for name, fact in source.items() if name not in reference}
+    for old, new in _renamed(lost, added) if can_be_renamed else ():
+        words = f"is called '{new[:_SHOWN]}' now"
+        yield _change("renamed", what, old, words, before=old, after=new)
+    yield from _listed(what, lost, added)
+    for name in [each for each in reference if each in source]:
+        for key, before, after in reference[name].differences(source[name]):
+            words = f"has another {key}: {after}, not {before}"
+            yield _change("altered", what, name, words, before=before, after=after)
+
+
+def _renamed(lost: dict[str, Fact], added: dict[str, Fact]) -> Iterator[tuple[str, str]]:
+    """Take what differs in nothing but its name out of both."""
+    by_content: dict[str, list[str]] = {}
+    for name, fact in added.items():
+        by_content.setdefault(fact.identity, []).append(name)
+    for old in list(lost):
+        names = by_content.get(lost[old].identity)
+        if names:
+            new = names.pop(0)
+            del lost[old], added[new]
+            yield old, new
+
+
+def _moves(reference: Mapping[str, Placed], source: Mapping[str, Placed]) -> Iterator[Change]:
+    for path in [each for each in reference if each in source]:
+        if not reference[path].is_at(source[path]):
+            yield _change(
+                "moved",
+                "nodes",
+                path,
+                "is placed otherwise",
+                before=reference[path].words(),
+                after=source[path].words(),
+            )
+
+
+def _change(
+    kind: ChangeKind,
+    what: str,
+    name: str,
+    words: str,
+    *,
+    before: str | None = None,
+    after: str | None = None,
+) -> Change:
+    one = _SINGULARS.get(what, what.removesuffix("s")).replace("_", " ")
+    return Change(
+        kind=kind,
+        what=what,
+        where=name,
+        reference=before,
+        source=after,
+        words=f"{one} '{name[:_SHOWN]}' {words}",
+    )

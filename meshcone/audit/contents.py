@@ -1,0 +1,200 @@
+"""The things of a file by name, each as the properties that two files are compared by."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.content import Animation, Content, Material, TextureUse
+
+_PLACED_ALIKE = 1e-6  # of a matrix's largest entry
+_ROUNDING = 5  # decimals that exporters keep of a factor
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What is said of one thing, in words, by the name of the property."""
+
+    properties: Mapping[str, str]
+
+    @cached_property
+    def identity(self) -> str:
+        """The same for things with the same properties."""
+        return json.dumps(self.properties, sort_keys=True)
+
+    def differences(self, other: Fact) -> Iterator[tuple[str, str, str]]:
+        """Properties that differ: what, here and there."""
+        for name in dict.fromkeys([*self.properties, *other.properties]):
+            here = self.properties.get(name, "none")
+            there = other.properties.get(name, "none")
+            if here != there:
+                yield name, here, there
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Where a node is, relative to the one above it."""
+
+    matrix: NDArray[np.float64]
+
+    def is_at(self, other: Placed) -> bool:
+        """Whether both are at the same place, but for rounding."""
+        near = _PLACED_ALIKE * max(1.0, float(np.abs(self.matrix).max()))
+        return bool((np.abs(self.matrix - other.matrix) <= near).all())
+
+    def words(self) -> str:
+        """The place, and the scale along each axis."""
+        x, y, z = self.matrix[:3, 3]
+        scale = np.linalg.norm(self.matrix[:3, :3], axis=0)
+        across = " by ".join(f"{value:.4g}" for value in scale)
+        return f"at ({x:.4g}, {y:.4g}, {z:.4g}), scaled {across}"
+
+
+def named(names: Iterable[str]) -> dict[str, str]:
+    """Names by a key that is theirs alone: the second of a name is another thing."""
+    return {key: key for key in _keys(list(names))}
+
+
+def nodes(content: Content) -> dict[str, Placed]:
+    """Nodes that a scene reaches, by their paths."""
+    reached = [number for number, node in enumerate(content.nodes) if node.depth]
+    keys = _keys([content.path(number) for number in reached])
+    places = (Placed(content.nodes[number].matrix) for number in reached)
+    return dict(zip(keys, places, strict=True))
+
+
+def meshes(content: Content) -> dict[str, Fact]:
+    """Meshes, with the materials they are drawn with."""
+    facts = []
+    for mesh in content.meshes:
+        used = {_material_name(content, primitive.material) for primitive in mesh.primitives}
+        facts.append(Fact({"materials": ", ".join(sorted(used))}))
+    return dict(zip(_keys([mesh.name for mesh in content.meshes]), facts, strict=True))
+
+
+def materials(content: Content) -> dict[str, Fact]:
+    """Materials, with their factors and the content of the images bound to them."""
+    digests = [_digest(image.data) for image in content.images]
+    facts = [_material(material, digests) for material in content.materials]
+    return dict(zip(_keys([each.name for each in content.materials]), facts, strict=True))
+
+
+def images(content: Content) -> dict[str, str]:
+    """Images by their content, or by name where that is not known."""
+    found = {}
+    for image in content.images:
+        key = f"content {_digest(image.data)}" if image.data is not None else image.name
+        found[key] = image.name or image.place
+    return found
+
+
+def attributes(content: Content, prefix: str | None) -> dict[str, str]:
+    """Attributes that some primitive of a mesh has: ``mesh: NAME``.
+
+    Args:
+        content: of a file.
+        prefix: of the attributes; None for all but coordinates and colours.
+    """
+    keys = _keys([mesh.name for mesh in content.meshes])
+    others = ("POSITION", "TEXCOORD_", "COLOR_")
+    return {
+        f"{key}: {name}": name
+        for key, mesh in zip(keys, content.meshes, strict=True)
+        for primitive in mesh.primitives
+        for name in primitive.attributes
+        if (name.startswith(prefix) if prefix else not name.startswith(others))
+    }
+
+
+def targets(content: Content) -> dict[str, str]:
+    """Morph targets: ``mesh: NAME``, or the target's number."""
+    found = {}
+    for key, mesh in zip(_keys([m.name for m in content.meshes]), content.meshes, strict=True):
+        count = max((primitive.targets for primitive in mesh.primitives), default=0)
+        for number in range(count):
+            known = number < len(mesh.target_names)
+            name = mesh.target_names[number] if known else f"target {number}"
+            found[f"{key}: {name}"] = name
+    return found
+
+
+def skins(content: Content) -> dict[str, Fact]:
+    """Skins, with the names of their joints."""
+    facts = [
+        Fact({"joints": ", ".join(content.label(joint) for joint in skin.joints)})
+        for skin in content.skins
+    ]
+    return dict(zip(_keys([skin.name for skin in content.skins]), facts, strict=True))
+
+
+def animations(content: Content) -> dict[str, Fact]:
+    """Animations, with their channels."""
+    facts = [_animation(each, content) for each in content.animations]
+    return dict(zip(_keys([each.name for each in content.animations]), facts, strict=True))
+
+
+def _keys(names: Sequence[str]) -> list[str]:
+    seen: dict[str, int] = {}
+    keys = []
+    for name in names:
+        count = seen[name] = seen.get(name, 0) + 1
+        keys.append(name if name and count == 1 else f"{name}#{count}")
+    return keys
+
+
+def _material_name(content: Content, material: int | None) -> str:
+    return "the default" if material is None else content.materials[material].name
+
+
+def _material(material: Material, digests: Sequence[str]) -> Fact:
+    properties = {
+        "base colour": _numbers(material.base_color),
+        "metallic factor": _numbers([material.metallic]),
+        "roughness": _numbers([material.roughness]),
+        "emission": _numbers(material.emissive),
+        "alpha mode": material.alpha_mode,
+        "double-sidedness": "yes" if material.double_sided else "no",
+        "extensions": ", ".join(material.extensions) or "none",
+        "definition": "yes" if material.defined else "no",
+    }
+    for use in material.textures:
+        properties[f"{use.slot.replace('_', ' ')} texture"] = _use(use, digests)
+    return Fact(properties)
+
+
+def _use(use: TextureUse, digests: Sequence[str]) -> str:
+    image = "no image" if use.image is None else f"image {digests[use.image]}"
+    told = [image, f"set {use.uv_set}", f"wrap {'/'.join(use.wrap)}"]
+    if (use.offset, use.rotation, use.scale) != ((0.0, 0.0), 0.0, (1.0, 1.0)):
+        told.append(f"transform {_numbers([*use.offset, use.rotation, *use.scale])}")
+    if use.strength != 1.0:
+        told.append(f"strength {_numbers([use.strength])}")
+    return ", ".join(told)
+
+
+def _animation(animation: Animation, content: Content) -> Fact:
+    channels = sorted(
+        f"{content.label(each.node) if each.node is not None else '-'} {each.path}"
+        for each in animation.channels
+    )
+    return Fact(
+        {
+            "duration": f"{animation.duration:.4g} s",
+            "set of channels": ", ".join(channels),
+            "number of keys": str(sum(each.keys for each in animation.channels)),
+        }
+    )
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(f"{round(value, _ROUNDING) + 0.0:g}" for value in values)
+
+
+def _digest(data: bytes | None) -> str:
+    return "not sent" if data is None else hashlib.sha256(data).hexdigest()[:12]

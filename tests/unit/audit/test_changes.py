@@ -1,0 +1,156 @@
+"""What is told of two files that differ in more than their surface."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from meshcone.assets import read_asset
+from meshcone.assets.content import Content
+from meshcone.audit.changes import ROWS_KEPT, Changes
+from tests.whole_asset import Document, png, whole
+
+Damage = Callable[[dict[str, Any]], object]
+
+
+def content_of(document: Document) -> Content:
+    return read_asset("a.gltf", document.to_bytes()).content()
+
+
+def after(damage: Damage) -> Changes:
+    """What changed in a copy of the asset that was damaged."""
+    copy = whole()
+    damage(copy.json)
+    return Changes.between(content_of(whole()), content_of(copy))
+
+
+def counted(changes: Changes) -> dict[str, int]:
+    return {
+        f"{kind}.{what}": count
+        for kind in ("lost", "added", "renamed", "moved", "altered")
+        for what, count in getattr(changes, kind).model_dump().items()
+        if count
+    }
+
+
+def another_image(document: dict[str, Any]) -> None:
+    uri = "data:image/png;base64," + base64.b64encode(png((255, 0, 255))).decode()
+    document["images"][0] = {"uri": uri}
+
+
+def without(array: str, *users: tuple[str | int, ...]) -> Damage:
+    def damage(document: dict[str, Any]) -> None:
+        del document[array]
+        for *path, last in users:
+            holder: Any = document
+            for key in path:
+                holder = holder[key]
+            del holder[last]
+
+    return damage
+
+
+def attributes(document: dict[str, Any], primitive: int) -> dict[str, int]:
+    found: dict[str, int] = document["meshes"][0]["primitives"][primitive]["attributes"]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("damage", "found"),
+    [
+        (lambda d: [attributes(d, n).pop("TEXCOORD_0") for n in (0, 1)], {"lost.uv_sets": 1}),
+        (lambda d: [attributes(d, n).pop("NORMAL") for n in (0, 1)], {"lost.attributes": 1}),
+        (
+            lambda d: d["materials"][0].update(name="other"),
+            {
+                "renamed.materials": 1,
+                "altered.meshes": 1,
+            },
+        ),
+        (lambda d: d["materials"][1].update(alphaMode="MASK"), {"altered.materials": 1}),
+        (
+            lambda d: d["materials"][0]["pbrMetallicRoughness"].update(roughnessFactor=0.5),
+            {"altered.materials": 1},
+        ),
+        (
+            lambda d: d["materials"][0]["pbrMetallicRoughness"].pop("baseColorTexture"),
+            {"altered.materials": 1},
+        ),
+        (another_image, {"lost.images": 1, "added.images": 1, "altered.materials": 1}),
+        (without("animations"), {"lost.animations": 1}),
+        (lambda d: d["animations"][0].update(name="sway"), {"renamed.animations": 1}),
+        (lambda d: d["animations"][0]["channels"].pop(), {"altered.animations": 3}),
+        (without("skins"), {"lost.skins": 1}),
+        (lambda d: d["nodes"][0].update(translation=[0, 2, 0]), {"moved.nodes": 1}),
+        (
+            lambda d: (d["nodes"][0].update(children=[2]), d["scenes"][0]["nodes"].append(1)),
+            {"lost.nodes": 1, "added.nodes": 1},
+        ),
+        (lambda d: d["nodes"][2].pop("extras"), {"lost.extras": 1}),
+        (lambda d: d["nodes"][2].update(extras={"kind": "x"}), {"altered.extras": 1}),
+        (lambda d: d["scenes"][0].update(name="hall"), {"lost.scenes": 1, "added.scenes": 1}),
+        (lambda d: d.update(extensionsUsed=[]), {"lost.extensions": 1}),
+        (lambda d: d.update(cameras=[{"name": "front"}]), {"added.cameras": 1}),
+        (
+            lambda d: d["meshes"][0]["primitives"][0].update(targets=[{"POSITION": 0}]),
+            {"added.morph_targets": 1},
+        ),
+        (lambda d: d["meshes"][0]["primitives"][0].update(material=1), {"altered.meshes": 1}),
+    ],
+)
+def test_each_damage_is_counted_as_what_it_is(damage: Damage, found: dict[str, int]) -> None:
+    assert counted(after(damage)) == found
+
+
+def test_nothing_changed_in_a_copy() -> None:
+    changes = after(lambda document: document)
+
+    assert counted(changes) == {}
+    assert changes.rows == ()
+
+
+def test_another_order_and_another_spelling_are_no_change() -> None:
+    document = whole()
+    document.json["materials"].reverse()
+    for primitive, material in zip(document.json["meshes"][0]["primitives"], (1, 0), strict=True):
+        primitive["material"] = material
+    spelled = json.loads(json.dumps(document.json))
+    spelled["nodes"][0] = {
+        "name": "root",
+        "children": [2, 1],
+        "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 1, 0, 1],
+    }
+    document.json = spelled
+
+    assert counted(Changes.between(content_of(whole()), content_of(document))) == {}
+
+
+def test_a_change_is_told_in_words_with_both_sides() -> None:
+    [row] = after(lambda d: d["nodes"][0].update(translation=[0, 2, 0])).rows
+
+    assert (row.where, row.words) == ("root", "node 'root' is placed otherwise")
+    assert row.reference == "at (0, 1, 0), scaled 1 by 1 by 1"
+    assert row.source == "at (0, 2, 0), scaled 1 by 1 by 1"
+
+
+def test_two_things_of_one_name_are_two_things() -> None:
+    document = whole()
+    document.json["materials"].append({"name": "glass"})
+
+    assert counted(Changes.between(content_of(whole()), content_of(document))) == {
+        "added.materials": 1
+    }
+
+
+def test_more_changes_than_are_listed_are_counted() -> None:
+    document = whole()
+    document.json["cameras"] = [{"name": f"c{number}"} for number in range(ROWS_KEPT + 100)]
+
+    changes = Changes.between(content_of(whole()), content_of(document))
+
+    assert changes.added.cameras == ROWS_KEPT + 100
+    assert len(changes.rows) == ROWS_KEPT
