@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from redis import Redis
 from rq import Worker
+from rq.suspension import resume, suspend
 from starlette.testclient import TestClient
 
 from service.api.app import create_app
@@ -96,6 +97,19 @@ def test_a_full_queue_is_degraded_and_says_so(http: TestClient, redis: Redis) ->
     assert answer.status_code == 200
     assert answer.json()["status"] == "degraded"
     assert "MESHCONE_QUEUE_CAPACITY" in answer.json()["reason"]
+
+
+def test_suspended_workers_are_degraded_until_they_are_resumed(
+    http: TestClient, settings: ServiceSettings
+) -> None:
+    with connect_bytes(settings.required_redis_url()) as connection:
+        suspend(connection)
+        answer = http.get("/readyz")
+        assert (answer.status_code, answer.json()["status"]) == (200, "degraded")
+        assert "rq resume" in answer.json()["reason"]
+
+        resume(connection)
+        assert http.get("/readyz").json()["status"] == "ok"
 
 
 def test_no_worker_is_not_ready(settings: ServiceSettings) -> None:

@@ -17,6 +17,7 @@ from rq import Queue, worker_registration
 from rq.defaults import DEFAULT_WORKER_TTL
 from rq.job import Job
 from rq.serializers import JSONSerializer
+from rq.suspension import is_suspended
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -85,6 +86,10 @@ class JobQueue:
     def taken(self) -> set[Delivery]:
         """Messages some worker has taken and not discarded: for an instant, or for ever."""
         return {_delivery(item) for item in self._items(self.rq.intermediate_queue_key)}
+
+    def is_suspended(self) -> bool:
+        """Whether ``rq suspend`` holds: no worker takes a job until ``rq resume``."""
+        return bool(is_suspended(self._connection))
 
     def worker_count(self) -> int:
         """Workers of this queue whose heartbeat has not run out."""

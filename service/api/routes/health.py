@@ -35,7 +35,8 @@ class Readiness(BaseModel):
     """The service can take a job and work on it, or can soon."""
 
     status: Literal["ok", "degraded"] = Field(
-        default="ok", description="degraded: it works, but refuses new jobs for now"
+        default="ok",
+        description="degraded: it answers, but refuses new jobs or lets them wait for now",
     )
     workers: int
     reason: str | None = Field(default=None, description="why it is degraded")
@@ -51,11 +52,13 @@ def livez() -> Liveness:
 def readyz(context: ContextDependency) -> Readiness:
     """Whether broker and file store take writes, and a worker is there.
 
-    A queue at its bound is no failure: all else works, and it empties by itself.
+    A queue at its bound is no failure: all else works, and it empties by itself. Suspended
+    workers are none either: jobs are accepted, and wait.
     """
     try:
         context.redis.set(_PROBE, "1", px=_PROBE_KEPT)
         workers = context.queue.worker_count()
+        suspended = context.queue.is_suspended()
         waiting = context.ledger.index.count("queued")
     except RedisError as error:
         raise broker_problem(error, context.settings.data_dir) from None
@@ -64,6 +67,9 @@ def readyz(context: ContextDependency) -> Readiness:
         reason = "no worker is running"
     if reason is not None:
         raise ProblemError(problem("unavailable", reason), {"Retry-After": "5"})
+    if suspended:
+        words = "the workers are suspended: jobs wait until `rq resume` is run"
+        return Readiness(status="degraded", workers=workers, reason=words)
     if waiting >= context.settings.queue_capacity:
         words = f"{waiting} jobs wait, as many as may (MESHCONE_QUEUE_CAPACITY)"
         return Readiness(status="degraded", workers=workers, reason=words)
