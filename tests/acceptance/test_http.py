@@ -102,6 +102,13 @@ def test_an_accepted_job_says_where_to_look_and_when(
     assert http.get(answer.headers["location"]).json()["id"] == answer.json()["id"]
 
 
+def test_a_succeeded_job_is_done_in_full(http: httpx2.Client, finished: Job) -> None:
+    progress = http.get(f"/v1/jobs/{finished.id}").json()["progress"]
+
+    assert (progress["stage"], progress["fraction"]) == ("done", 1.0)
+    assert progress["round"] == progress["rounds"] > 0
+
+
 def test_a_finished_job_tells_its_story(finished: Job) -> None:
     assert finished.state == "succeeded"
     assert finished.started is not None
