@@ -32,7 +32,7 @@ BOUNDS: tuple[Bound, ...] = get_args(Bound)
 NUMERIC_BOUNDS: tuple[NumericBound, ...] = get_args(NumericBound)
 
 # Strict: "0.1" or true where a number belongs is a slip of the writer's, not a bound.
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, ge=-1e12, le=1e12, allow_inf_nan=False)]
 
 
 class GateRule(BaseModel):

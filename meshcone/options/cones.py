@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from pydantic import Field, field_validator, model_validator
 
-from meshcone.options.section import Positive, Section
+from meshcone.options.section import Index, ModelLength, Section, Share, Weight
 
 
 class Length(Section):
     """A length, relative to the reference's radius or in model units: exactly one of the two."""
 
-    relative: Positive | None = Field(None, description="share of the reference's radius")
-    model: Positive | None = Field(None, description="in the unit of the files")
+    relative: Share | None = Field(None, description="share of the reference's radius")
+    model: ModelLength | None = Field(None, description="in the unit of the files")
 
     @model_validator(mode="after")
     def _exactly_one(self) -> Length:
@@ -33,8 +31,8 @@ class EdgeCapOptions(Section):
     """A further cap on edge lengths; exactly one of the fields."""
 
     length: Length | None = Field(None, description="the same cap for every edge")
-    times_input: Positive | None = Field(None, description="multiple of each edge's input length")
-    times_local_median: Positive | None = Field(
+    times_input: Weight | None = Field(None, description="multiple of each edge's input length")
+    times_local_median: Weight | None = Field(
         None, description="multiple of the median input length of the edges at either end"
     )
 
@@ -53,7 +51,7 @@ class PinOptions(Section):
     region_borders: bool = Field(
         False, description="vertices where two materials or groups meet, or one ends"
     )
-    vertices: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+    vertices: tuple[Index, ...] = Field(
         (), description="vertices by their index in the file, counted from 0"
     )
     vertices_file: str | None = Field(

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import Field
 
-from meshcone.options.section import Section
+from meshcone.options.section import Index, Section
 
-PartKey = Annotated[int, Field(ge=0)] | Annotated[str, Field(min_length=1, max_length=200)]
+PartKey = Index | Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class SelectOptions(Section):

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from meshcone.options.section import NonNegative, Positive, Section, Weight, WeightOrNone
+from meshcone.options.section import Section, Weight, WeightOrNone
 
 
 class CentroidOptions(Section):
@@ -56,9 +56,11 @@ class SurfaceOptions(Section):
         description="fairness above this acts in full only where the noise exceeds the "
         "edges by as much",
     )
-    edge_cap: Weight = Field(
+    edge_cap: float = Field(
         4.0,
         ge=1.0,
+        le=1e6,
+        allow_inf_nan=False,
         description="cap on each edge, as a multiple of the longest input edge at either end "
         "or of the mean one, whichever is longer",
     )
@@ -79,18 +81,21 @@ class SolverOptions(Section):
         le=1_000_000_000,
         description="vertices above which SCS is not asked to confirm",
     )
-    tolerance: Positive = Field(
+    tolerance: float = Field(
         1e-5,
         ge=1e-9,
         le=0.1,
+        allow_inf_nan=False,
         description="what no residual of the certificate may exceed; also SCS's tolerance",
     )
     max_iterations: int = Field(1000, ge=1, le=1_000_000, description="iterations per solve")
     linear_solver: Literal["auto", "qdldl", "mkl", "cpu_indirect"] = Field(
         "auto", description="linear system solver inside SCS"
     )
-    time_limit: NonNegative = Field(
+    time_limit: float = Field(
         0.0,
+        ge=0,
         le=1e6,
+        allow_inf_nan=False,
         description="seconds for alignment, all rounds and confirmation together; 0: no limit",
     )

@@ -18,7 +18,7 @@ class QualityOptions(Section):
     )
     samples: int = Field(5000, ge=16, le=200_000, description="samples per surface")
     emd_samples: int = Field(
-        1024, ge=16, le=8192, description="samples per surface for the exact earth mover's distance"
+        1024, ge=16, le=5000, description="samples per surface for the exact earth mover's distance"
     )
     curvature_samples: int = Field(
         512,
@@ -29,7 +29,7 @@ class QualityOptions(Section):
     intersection_pairs: int = Field(
         5_000_000,
         ge=0,
-        le=1_000_000_000,
+        le=100_000_000,
         description="pairs of faces that may be tested for self-intersections, about a "
         "microsecond each; a mesh that has more is not tested",
     )

@@ -6,8 +6,10 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Both ends of every number are stated: what it costs, in memory and time, is bounded by them.
+Index = Annotated[int, Field(ge=0, le=2**31 - 1)]
+Share = Annotated[float, Field(ge=1e-9, le=1e6, allow_inf_nan=False)]
+ModelLength = Annotated[float, Field(ge=1e-12, le=1e12, allow_inf_nan=False)]
 # Shares and weights relative to one another: beyond these no digits of the others are left.
 Weight = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
 WeightOrNone = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
