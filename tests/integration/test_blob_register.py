@@ -17,9 +17,10 @@ from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
-from worker.jobs.ledger_keys import BLOB_GENERATIONS, BLOB_REFERENCES
+from worker.jobs.ledger_keys import BLOB_GENERATIONS, BLOB_REFERENCES, DOOMED_BLOBS
 from worker.jobs.records import Artifact, JobRecord
 from worker.storage.blobs import BlobStore
+from worker.storage.errors import StoreError
 from worker.storage.local import Directory
 from worker.storage.register import BlobRegister
 
@@ -218,3 +219,34 @@ def test_a_blob_of_an_earlier_version_is_read_and_removed(
 
 def files_in(directory: Path) -> set[str]:
     return {path.name for path in directory.rglob("*") if path.is_file()}
+
+
+class RefusingDirectory(Directory):
+    """A store that does not remove one name."""
+
+    refused = ""
+
+    def delete(self, name: str) -> None:
+        if self.refused and self.refused in name:
+            raise StoreError("the file store cannot be used: input/output error")
+        super().delete(name)
+
+
+def test_a_name_that_cannot_be_removed_keeps_no_other_and_is_tried_again(
+    client: Redis, ledger: Ledger, register: BlobRegister, tmp_path: Path
+) -> None:
+    directory = RefusingDirectory(tmp_path)
+    blobs = BlobStore(directory, register)
+    job = job_with(something(), blobs)
+    other = blobs.put(something(), job.id)
+    finish(ledger, job, mesh=Artifact(digest=other, media_type="x/y", filename="z", size=36))
+    directory.refused = job.source.digest
+
+    blobs.remove(ledger.delete(job.id))
+
+    [left] = files_in(tmp_path)
+    assert left.startswith(job.source.digest)
+    assert client.zscore(DOOMED_BLOBS, left) is not None
+    directory.refused = ""
+    blobs.remove([left])
+    assert files_in(tmp_path) == set()

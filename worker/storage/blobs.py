@@ -14,7 +14,7 @@ from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from typing import IO, TYPE_CHECKING, Self
 
-from worker.storage.errors import DamagedFileError
+from worker.storage.errors import DamagedFileError, StoreError
 from worker.storage.places import Place, open_place
 
 if TYPE_CHECKING:
@@ -140,15 +140,24 @@ class BlobStore:
         self._register.end_leases()
         removed = 0
         while taken := self._register.take_doomed():
-            self.remove(taken)
-            removed += len(taken)
+            removed += self.remove(taken)
         return removed
 
-    def remove(self, names: Iterable[str]) -> None:
-        """Remove names that the register has doomed."""
+    def remove(self, names: Iterable[str]) -> int:
+        """Remove names that the register has doomed, and return how many that was.
+
+        What the store refuses to remove stays doomed: :meth:`sweep` tries it again.
+        """
+        removed = 0
         for name in names:
-            self._place.delete(_path(name))
-            self._register.forget(name)
+            try:
+                self._place.delete(_path(name))
+            except StoreError as error:
+                logger.warning("the file %s is not removed yet: %s", name, error)
+            else:
+                self._register.forget(name)
+                removed += 1
+        return removed
 
     def clear_unfinished(self) -> int:
         """Remove what writers that died have left, and return how many files that was."""
