@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import scs
 
-from meshcone.deadline import seconds_left
+from meshcone.deadline import require_time, seconds_left
 from meshcone.errors import InfeasibleError, InternalError, SolveTimeoutError
 from meshcone.options import SolverOptions
 from meshcone.program.conic import ConicProgram
@@ -145,6 +145,7 @@ def _run(
         log_csv_filename=str(log),
         verbose=False,
     )
+    require_time()  # its setup, which factorizes, cannot be interrupted
     start = None if warm_start is None else vars(warm_start)
     result: dict[str, Any] = solver.solve(warm_start=start is not None, **(start or {}))
     return result
