@@ -100,9 +100,10 @@ def file_response(blobs: BlobStore, artifact: Artifact, conditions: Conditions) 
     if part is not None:
         headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{artifact.size}"
     code = status.HTTP_200_OK if part is None else status.HTTP_206_PARTIAL_CONTENT
-    if conditions.headers_only:
-        return Response(status_code=code, headers=headers, media_type=artifact.media_type)
     try:
+        if conditions.headers_only:
+            blobs.size(artifact.digest)  # a file that a GET would not serve is no 200 here either
+            return Response(status_code=code, headers=headers, media_type=artifact.media_type)
         content = blobs.chunks(artifact.digest, part)
     except FileNotFoundError:
         raise ProblemError(problem("gone", "the file has been removed")) from None

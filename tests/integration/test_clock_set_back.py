@@ -85,3 +85,11 @@ def test_a_dead_worker_is_not_counted(broker: EmbeddedBroker, redis: Redis, tmp_
         set_clock_back(redis, worker.key)
 
         assert (queue.worker_count(), queue.local_worker_pids()) == (0, set())
+
+
+def test_a_heartbeat_of_a_worker_with_a_longer_timeout_counts(
+    redis: Redis, running_job: JobRecord
+) -> None:
+    Heartbeats(redis, 60).beat(running_job.id, running_job.attempt)
+
+    assert Heartbeats(redis, 5).missing([running_job]) == []

@@ -89,6 +89,16 @@ def test_a_file_store_that_cannot_be_written_is_not_ready(
     assert "the file store in the data directory cannot be written" in unready(http)
 
 
+def test_a_directory_named_by_url_is_asked_as_well(
+    settings: ServiceSettings, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("a file where a folder should be")
+    elsewhere = settings.model_copy(update={"blob_url": f"file://{tmp_path}/file/blobs"})
+
+    with TestClient(create_app(elsewhere, keys_required=False), "http://127.0.0.1:8000") as http:
+        assert "the file store" in unready(http)
+
+
 def test_a_full_queue_is_degraded_and_says_so(http: TestClient, redis: Redis) -> None:
     Ledger(redis).create(make_job())
 

@@ -5,7 +5,8 @@ itself, and whoever finds a job running without one knows that its attempt is de
 
 The broker keeps the moment at which a key runs out. If its clock is set back, a key seems to have
 more left than it was ever given: that heartbeat is from the future and counts as none. A worker
-that lives gives another within a second.
+that lives gives another within a second. What a key was given stands in it, for another process may
+have another timeout.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _BEAT = """
 -- KEYS: job, heartbeat. ARGV: attempt, milliseconds
 local state = redis.call('HGET', KEYS[1], 'state')
 if state ~= 'running' or redis.call('HGET', KEYS[1], 'attempt') ~= ARGV[1] then return 0 end
-redis.call('SET', KEYS[2], ARGV[1], 'PX', ARGV[2])
+redis.call('SET', KEYS[2], ARGV[1] .. '/' .. ARGV[2], 'PX', ARGV[2])
 if redis.call('HEXISTS', KEYS[1], 'cancel_requested') == 1 then return 2 end
 return 1
 """
@@ -68,9 +69,14 @@ class Heartbeats:
             beating, *left = pipeline.execute()
         return [
             record
-            for record, attempt, rest in zip(records, beating, left, strict=True)
-            if attempt != str(record.attempt) or rest > self._milliseconds
+            for record, beat, rest in zip(records, beating, left, strict=True)
+            if not _is_alive(record, beat, rest)
         ]
+
+
+def _is_alive(record: JobRecord, beat: str | None, rest: int) -> bool:
+    attempt, _, given = (beat or "").partition("/")
+    return attempt == str(record.attempt) and rest <= int(given or 0)
 
 
 def _key(job_id: str) -> str:

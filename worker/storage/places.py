@@ -44,9 +44,16 @@ class Place(Protocol):
 
 def open_place(settings: WorkerSettings) -> Place:
     """The place an installation is configured with."""
+    directory = store_directory(settings)
+    if directory is not None:
+        return Directory(directory)
+    assert settings.blob_url is not None  # noqa: S101 - else it would be a directory
+    return Bucket.open(settings.blob_url)
+
+
+def store_directory(settings: WorkerSettings) -> Path | None:
+    """Where the files are, if that is a directory of this machine."""
     url = settings.blob_url
     if url is None:
-        return Directory(settings.data_dir / "blobs")
-    if url.startswith("file://"):
-        return Directory(Path(unquote(urlsplit(url).path)))
-    return Bucket.open(url)
+        return settings.data_dir / "blobs"
+    return Path(unquote(urlsplit(url).path)) if url.startswith("file://") else None

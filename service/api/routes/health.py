@@ -14,6 +14,7 @@ from service.problems import MEDIA_TYPE, ProblemError, broker_problem, problem
 from service.settings import ServiceSettings
 from worker.disk import has_room
 from worker.storage.local import ROOM_LEFT
+from worker.storage.places import store_directory
 
 router = APIRouter(tags=["health"])
 
@@ -78,12 +79,13 @@ def readyz(context: ContextDependency) -> Readiness:
 
 def _store_trouble(settings: ServiceSettings) -> str | None:
     """Why the directory of files takes no writes; None if it does, or files are in a bucket."""
-    if settings.blob_url is not None:
+    directory = store_directory(settings)
+    if directory is None:
         return None
     try:
-        if not has_room(settings.data_dir, ROOM_LEFT):
+        if not has_room(directory, ROOM_LEFT):
             return "the disk of the data directory is full; work goes on when it has room"
-        with TemporaryFile(dir=settings.data_dir / "blobs", buffering=0) as probe:
+        with TemporaryFile(dir=directory, buffering=0) as probe:
             probe.write(b"ready")
     except OSError as error:
         return f"the file store in the data directory cannot be written: {error.strerror}"

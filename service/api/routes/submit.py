@@ -22,7 +22,9 @@ from service.api.submission.submission import (
     require_signable,
 )
 from service.api.submission.uploads import SubmittedForm, read_form
+from service.problems import ProblemError, problem
 from worker.jobs.idempotency import Claim
+from worker.jobs.ledger import UnknownJobError
 from worker.jobs.records import JobRecord
 
 router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
@@ -75,7 +77,7 @@ async def submit_job(
     record = await _accept(form, claim, sender, context)
     wait = preferred_wait(prefer)
     if wait is not None and await events.wait_for_end(record.id, wait):
-        record = await run_in_threadpool(context.ledger.get, record.id)
+        record = await run_in_threadpool(_after_wait, record.id, context)
         response.headers["Preference-Applied"] = f"wait={wait}"
     response.headers["Location"] = job_path(record.id)
     if record.has_ended:
@@ -83,6 +85,13 @@ async def submit_job(
     else:
         response.headers["Retry-After"] = str(context.settings.retry_after)
     return context.job(record)
+
+
+def _after_wait(job_id: str, context: Context) -> JobRecord:
+    try:
+        return context.ledger.get(job_id)
+    except UnknownJobError:
+        raise ProblemError(problem("gone", "the job has been deleted meanwhile")) from None
 
 
 async def _accept(
