@@ -24,7 +24,7 @@ from worker.jobs.ledger import Ledger
 from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 
-HUNGRY = {"quality": {"emd_samples": 8192}}  # half a gigabyte for its matching alone
+HUNGRY = {"quality": {"emd_samples": 5000}}  # 190 MB for its matching alone
 SMALL = {"effort": "fast", "quality": {"samples": 256, "emd_samples": 64}}
 
 
@@ -88,7 +88,7 @@ def test_a_job_out_of_time_is_a_timeout_and_not_tried_again(
 def test_a_job_out_of_memory_is_that_and_not_tried_again(
     install: Install, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    installation = install(job_memory_bytes=300_000_000)
+    installation = install(job_memory_bytes=150_000_000)
 
     failed = installation.ended(installation.client.submit(rough_ball, ball, HUNGRY).id)
 
