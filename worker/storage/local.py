@@ -68,7 +68,7 @@ class Directory:
                     out.flush()
                     os.fsync(out.fileno())
                 part.rename(target)
-            except BaseException:
+            except BaseException:  # also a time limit or Ctrl-C: no part of a file is left
                 part.unlink(missing_ok=True)
                 raise
             self._settle_folders(target)
