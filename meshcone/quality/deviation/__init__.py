@@ -1,0 +1,1 @@
+"""Proven intervals for how far one surface goes from another, and what re-proves them."""

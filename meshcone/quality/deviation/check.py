@@ -1,0 +1,104 @@
+"""Re-proving an interval from what a search has left, without a search.
+
+Nothing in here asks for closest points: a bound holds for whatever faces, weights and cuts
+the record names. It can be loose, where they are chosen badly; it cannot be wrong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.errors import InputError
+from meshcone.quality.deviation.leaves import WEIGHT_PARTS, Leaves
+from meshcone.quality.deviation.placing import Placed
+from meshcone.quality.deviation.triangles import Triangles
+from meshcone.surface import Mesh
+from meshcone.surface.arrays import Bools, Floats, Ints
+
+# Leaves bounded at a time: memory stays within some tens of megabytes.
+_BLOCK = 65536
+_WEIGHT_ROUNDING = 1e-15
+
+
+def check_leaves(mesh: Mesh, reference: Mesh, leaves: Leaves) -> float:
+    """Prove how far any point of a mesh lies from its reference at most.
+
+    Args:
+        mesh: whose points are asked about.
+        reference: in the same unit.
+        leaves: how the mesh was divided, and which faces of the reference bound each piece.
+
+    Returns:
+        The bound, in the meshes' unit; rounding is added to it. It is 0 where every
+        face of the mesh is bounded by one that has the same corners.
+
+    Raises:
+        InputError: the leaves do not tile the mesh, a leaf has no valid bound, or a mesh has
+            no faces or a position that is not finite.
+    """
+    placed = Placed.of(mesh, reference)
+    leaves.require_sound(len(mesh.faces), len(reference.faces))
+    triangles = Triangles(placed.reference)
+    first = np.cumsum(leaves.count) - leaves.count
+    bound, equal = 0.0, True
+    for corners, places, uncut in leaves.pieces(placed.mesh.corners):
+        for start in range(0, len(corners), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            found = _bounds(triangles, leaves, corners[block], first, places[block])
+            bound = max(bound, float(found.max()))
+            if equal:
+                named = leaves.faces[first[places[block]]]
+                single = leaves.count[places[block]] == 1
+                within = corners_among(corners[block], placed.reference.corners[named])
+                equal = uncut and bool((single & within).all())
+    return 0.0 if equal else (bound + placed.rounding) * placed.unit
+
+
+def check_point(mesh: Mesh, reference: Mesh, face: int, weights: Floats) -> float:
+    """Prove how far one point of a mesh lies from its reference at least.
+
+    Args:
+        mesh: the point is a point of.
+        reference: in the same unit; every face of it is looked at.
+        face: of the mesh, on which the point lies.
+        weights: (3,) of that face's corners; not negative, adding up to 1.
+
+    Returns:
+        The bound, in the meshes' unit; rounding is taken off it. The largest distance of the
+        whole mesh is at least as much.
+
+    Raises:
+        InputError: there is no such point, or a mesh cannot be measured.
+    """
+    placed = Placed.of(mesh, reference)
+    if not 0 <= face < len(mesh.faces):
+        raise InputError("the point is on a face that the mesh does not have")
+    if weights.shape != (3,) or not (
+        (weights >= 0).all() and abs(float(weights.sum()) - 1) <= _WEIGHT_ROUNDING
+    ):
+        raise InputError("the point is not on the mesh: its weights are not those of a corner mix")
+    point = weights @ placed.mesh.corners[face]
+    height = Triangles(placed.reference).distance_at_least(point)
+    return max(height - placed.rounding, 0.0) * placed.unit
+
+
+def corners_among(corners: Floats, others: Floats) -> Bools:
+    """Whether each (k, 3, 3) triangle has no corner that the other one has not, (k,)."""
+    equal = (corners[:, :, None] == others[:, None]).all(axis=3)
+    return np.asarray(equal.any(axis=2).all(axis=1))
+
+
+def _bounds(
+    triangles: Triangles, leaves: Leaves, corners: Floats, first: Ints, places: Ints
+) -> Floats:
+    """Largest mixed distance of each leaf's corners, (k,)."""
+    mixed = np.zeros((len(corners), 3))
+    count = leaves.count[places]
+    for number in range(int(count.max(initial=0))):
+        rows = np.flatnonzero(count > number)
+        entry = first[places[rows]] + number
+        weights, faces = leaves.weights[entry] / WEIGHT_PARTS, leaves.faces[entry]
+        for corner in range(3):
+            distances = triangles.distances(corners[rows, corner], faces)
+            mixed[rows, corner] += weights * distances
+    return np.asarray(mixed.max(axis=1))
