@@ -60,6 +60,11 @@ class Pair:
         policy = self.policy or WritePolicy()
         return policy.fixed_vertices(self.source.faces, len(self.source.vertices))
 
+    @property
+    def collapsed(self) -> tuple[int, int]:
+        """Faces of source and reference that have corners at one place, and so no part here."""
+        return self.source_asset.collapsed, self.reference_asset.collapsed
+
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
         here, there = (

@@ -28,7 +28,7 @@ class AssetCounts:
     Attributes:
         vertices: raw vertices, split by seams, as the file stores them.
         welded_vertices: distinct positions some face uses.
-        faces: triangles.
+        faces: triangles, as the file lists them, those without area among them.
         polygons: faces as the file lists them; equal to the triangles it lists in glTF.
         meshes: OBJ objects, or glTF meshes placed by a node.
         materials: materials the faces name.
@@ -90,7 +90,7 @@ class Asset(abc.ABC):
         self._counts = AssetCounts(
             vertices=len(surface.positions),
             welded_vertices=len(surface.vertices),
-            faces=len(surface.faces),
+            faces=len(surface.triangles),
             polygons=polygons,
             meshes=meshes,
             materials=materials,
@@ -109,6 +109,11 @@ class Asset(abc.ABC):
             meshes=(Mesh("", (primitive,)),),
             draws=(Draw(0, 0, 0, None, rows),),
         )
+
+    @property
+    def collapsed(self) -> int:
+        """How many triangles of the file are no face, for corners of theirs are at one place."""
+        return len(self._surface.triangles) - len(self.faces)
 
     @property
     def triangles(self) -> NDArray[np.int64]:

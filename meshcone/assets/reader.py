@@ -11,6 +11,7 @@ from meshcone.assets.foreign import read_foreign, recognise_foreign
 from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
+from meshcone.assets.pointers import refuse_pointer
 from meshcone.errors import InputError
 from meshcone.settings import load_settings
 
@@ -58,6 +59,7 @@ def read_asset(
 
 
 def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> Asset:
+    refuse_pointer(data)
     if not data.strip(b"\x00 \t\r\n"):
         raise InputError(f"the file is empty; expected {_ACCEPTED}")
     if data.startswith(b"glTF"):

@@ -45,7 +45,9 @@ class Validity(_Record):
     opposed_edges: int = Field(
         description="edges across which two faces turn their outsides in opposite directions"
     )
-    degenerate_faces: int = Field(description="faces without area")
+    degenerate_faces: int = Field(
+        description="faces without area, those with two corners at one place among them"
+    )
     duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
     flipped_faces: int | None = Field(
         description="faces turned by more than a right angle against the input's; "

@@ -13,7 +13,9 @@ from meshcone.surface import Mesh
 from meshcone.surface.arrays import differences, row_dot
 
 
-def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> Validity:
+def inspect(
+    mesh: Mesh, intersection_pairs: int, before: Mesh | None = None, collapsed: int = 0
+) -> Validity:
     """Count the defects of a welded mesh.
 
     Args:
@@ -21,6 +23,8 @@ def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> 
         intersection_pairs: pairs of faces that may be tested for self-intersections.
         before: the same faces over the positions they had in the input, if it is not the
             input itself; flipped faces are counted against it.
+        collapsed: faces that the file lists and the mesh does not have, because corners of
+            theirs are at one place. They count as degenerate.
     """
     uses = EdgeUses.of(mesh)
     faces = mesh.faces
@@ -31,7 +35,8 @@ def inspect(mesh: Mesh, intersection_pairs: int, before: Mesh | None = None) -> 
         boundary_edges=int(np.count_nonzero(uses.counts == 1)),
         non_manifold_edges=int(np.count_nonzero(uses.counts > 2)),
         opposed_edges=uses.opposed,
-        degenerate_faces=int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
+        degenerate_faces=collapsed
+        + int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
         duplicate_faces=_duplicates(mesh),
         flipped_faces=None if before is None else flipped_faces(before, mesh),
         self_intersections=count_self_intersections(mesh, intersection_pairs),

@@ -33,7 +33,9 @@ class InputRecord(_Record):
     bytes: int
     vertices: int = Field(description="as the file stores them, split at seams")
     welded_vertices: int = Field(description="distinct positions some face uses")
-    faces: int = Field(description="triangles")
+    faces: int = Field(
+        description="triangles, as the file lists them; those without area among them"
+    )
     polygons: int = Field(description="faces as the file stores them")
     meshes: int
     materials: int

@@ -24,15 +24,24 @@ class Scorer:
         floor: the reference against itself, its second set of samples drawn independently.
     """
 
-    def __init__(self, source: Mesh, reference: Mesh, options: Options) -> None:
+    def __init__(
+        self,
+        source: Mesh,
+        reference: Mesh,
+        options: Options,
+        collapsed: tuple[int, int] = (0, 0),
+    ) -> None:
         """Score the source and find the floor.
 
         Args:
             source: in the reference's frame.
             reference: in its own frame.
             options: ``quality``, ``seed`` and ``baselines`` are read.
+            collapsed: faces that the files of source and reference list and the meshes do not
+                have, because corners of theirs are at one place.
         """
         self._source, self._options = source, options
+        self._collapsed, collapsed_reference = collapsed
         self._watch = Stopwatch()
         chosen = options.quality
         self._sampling = Sampling(
@@ -43,8 +52,8 @@ class Scorer:
         )
         self._reference = self._sampled(reference, self._reference_seed)
         self._input = self._judged = self._sampled(source, options.seed)
-        self.input = self._score(self._judged)
-        self.floor = self._score(self._sampled(reference, options.seed))
+        self.input = self._score(self._judged, self._collapsed)
+        self.floor = self._score(self._sampled(reference, options.seed), collapsed_reference)
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -54,7 +63,7 @@ class Scorer:
     def refined(self, mesh: Mesh) -> Metrics:
         """Measure the source at other positions; its flipped faces are counted."""
         self._judged = self._sampled(mesh, self._options.seed)
-        return self._score(self._judged, before=self._source)
+        return self._score(self._judged, self._collapsed, before=self._source)
 
     def quality(self, refined: Metrics | None, frame: Frame) -> Quality:
         """Put the metric sets beside the floor, the baselines and the conventions.
@@ -97,14 +106,19 @@ class Scorer:
 
     def _baselines(self) -> Baselines:
         closest_point, laplacian = (
-            self._score(self._sampled(mesh, self._options.seed), before=self._source)
+            self._score(
+                self._sampled(mesh, self._options.seed), self._collapsed, before=self._source
+            )
             for mesh in (project(self._source, self._reference.tree), smooth(self._source))
         )
         return Baselines(closest_point=closest_point, laplacian=laplacian)
 
-    def _score(self, surface: SampledSurface, before: Mesh | None = None) -> Metrics:
+    def _score(
+        self, surface: SampledSurface, collapsed: int, before: Mesh | None = None
+    ) -> Metrics:
+        pairs = self._options.quality.intersection_pairs
         with self._watch.stage("validity"):
-            validity = inspect(surface.mesh, self._options.quality.intersection_pairs, before)
+            validity = inspect(surface.mesh, pairs, before, collapsed)
         return compare(surface, self._reference, validity, self._watch)
 
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:

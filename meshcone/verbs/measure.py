@@ -53,7 +53,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
-        scorer = Scorer(pair.source, pair.reference, options)
+        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         quality = scorer.quality(refined=None, frame=pair.frame)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
     report = MeasureReport(

@@ -100,7 +100,7 @@ def refine(
         written = _write(pair, solved)
     tracker.enter("quality")
     with watch.stage("quality"):
-        scorer = Scorer(pair.source, pair.reference, options)
+        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         report = _report(pair, scorer, options, problem, solved, written)
     return Refinement(
         name=written.record.name,

@@ -226,6 +226,7 @@ OFF = [
     _off("index past the end", "OFF\n4 1 0\n" + _ROWS + "3 0 1 4\n", "line 7", "names vertex 4"),
     _off("negative index", "OFF\n4 1 0\n" + _ROWS + "3 0 1 -1\n", "line 7", "names vertex -1"),
     _off("fault after comments", "OFF # a\n#\n\n1 0 0\n0 0 x\n", "line 5", "found 'x'"),
+    _off("no number of Microsoft's", "OFF\n1 0 0\n0 0 1.#QNAN\n", "line 3", "finite .*1.#QNAN"),
     _off("no faces", "OFF\n4 0 0\n" + _ROWS, None, "it has no faces"),
     _limit("4 billion vertices", "m.off", f"OFF\n{_4_BILLION} 1 0\n", "line 2", "4,294,967,295 v"),
     _limit("4 billion faces", "m.off", f"OFF\n3 {_4_BILLION} 0\n", "line 2", "4,294,967,295 fac"),
@@ -238,11 +239,17 @@ OFF = [
     ),
 ]
 
+POINTER = constant("version https://git-lfs.github.com/spec/v1\noid sha256:ab12\nsize 9\n")
+
 OTHER = [
     Case("empty", "mesh.obj", constant(b""), "input", None, "the file is empty"),
     Case("blank", "mesh.obj", constant(b" \r\n\0"), "input", None, "the file is empty"),
     Case("ZIP", "mesh.obj", constant(b"PK\3\4...."), "input", None, "this is a ZIP archive"),
     Case("bzip2", "mesh.obj.bz2", constant(b"BZh9" + bytes(50)), "input", None, "a bzip2 archive"),
+    *(
+        Case(f"Git LFS pointer to a .{kind}", f"mesh.{kind}", POINTER, "input", None, "Git LFS")
+        for kind in ("obj", "gltf", "glb", "ply", "stl", "off")
+    ),
     Case("gzip", "mesh.ply", constant(b"\x1f\x8b\x08"), "input", None, "'end_header'|gzip"),
     Case("a web page", "mesh.dae", constant("<?xml?>"), "input", None, "an XML or HTML document"),
     Case("a letter", "mesh.txt", constant("Dear reader"), "input", None, "not a mesh file"),

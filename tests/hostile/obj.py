@@ -41,6 +41,8 @@ CASES = [
     _input("grouped digits", CORNERS + "f 1 2 1_0", "line 5", "found '1_0'"),
     _input("NUL in an index", CORNERS + "f 1 2 3\0", "line 5", "found '3\0'"),
     _input("not a number", "v 0 0 0\nv 1 nan 0\n", "line 2", "a finite number, found 'nan'"),
+    _input("Microsoft's no number", "v 0 0 -1.#IND\n", "line 1", "finite .* found '-1.#IND'"),
+    _input("its infinity", "v 1.#INF00 0 0\n", "line 1", "a finite .* found '1.#INF00'"),
     _input("infinite", "v 0 0 0\nv 1 -inf 0\n", "line 2", "a finite number, found '-inf'"),
     _input("larger than any number", "v 0 1e999 0\n", "line 1", "found '1e999'"),
     _input("larger than any model", "v 0 0 1e61\n", "line 1", "at most 1e.60, found '1e61'"),

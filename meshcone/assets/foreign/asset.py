@@ -11,7 +11,7 @@ from meshcone.assets.base import Asset
 from meshcone.assets.foreign.off import read_off
 from meshcone.assets.foreign.ply import read_ply
 from meshcone.assets.foreign.polygons import Polygons
-from meshcone.assets.foreign.stl import is_binary_stl, read_stl
+from meshcone.assets.foreign.stl import is_binary_stl, is_text_stl, read_stl
 from meshcone.assets.limits import Limits
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
@@ -31,7 +31,7 @@ def recognise_foreign(suffix: str, data: bytes) -> ForeignFormat | None:
         return "off"
     if suffix in {".ply", ".stl", ".off"}:
         return suffix[1:]  # type: ignore[return-value]
-    if is_binary_stl(data) or re.match(rb"\s*+solid\b[^\n]*+\n\s*+facet\b", data, re.IGNORECASE):
+    if is_binary_stl(data) or is_text_stl(data):
         return "stl"
     return None
 

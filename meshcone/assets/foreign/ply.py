@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshcone.assets.foreign.ply_ascii import AsciiBody
 from meshcone.assets.foreign.ply_binary import BinaryBody
@@ -11,6 +12,7 @@ from meshcone.assets.foreign.polygons import Polygons, check_corners, check_posi
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
+_END = -1  # ends a strip within a list (Stanford's scans have all of a mesh in one)
 _CORNER_NAMES = (b"vertex_indices", b"vertex_index")
 
 
@@ -28,7 +30,9 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
     else:
         body = BinaryBody(data, header.size, limits)
     positions, vertex_place = np.zeros((0, 3)), body.place
-    corners, sizes, face_place = np.zeros(0, np.int64), np.zeros(0, np.int64), body.place
+    none = np.zeros(0, np.int64)
+    corners, sizes, face_place = none, none, body.place
+    strips, strip_place = (none, none), body.place
     for element in header.elements:
         if element.name == b"vertex":
             positions = body.vertices(element, _coordinates(element))
@@ -36,11 +40,39 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
         elif element.name == b"face" and element.count:
             corners, sizes = body.polygons(element, _corners(element))
             face_place = body.place
+        elif element.name == b"tristrips" and element.count:
+            strips, strip_place = body.polygons(element, _corners(element)), body.place
         else:
             body.skip(element)
     check_positions(positions, vertex_place)
     check_corners(corners, sizes, len(positions), face_place)
-    return Polygons(positions, corners, sizes)
+    check_corners(*strips, len(positions), strip_place, least=_END)
+    triangles = _triangles(*strips)
+    return Polygons(
+        positions,
+        np.concatenate([corners, triangles.reshape(-1)]),
+        np.concatenate([sizes, np.full(len(triangles), 3)]),
+    )
+
+
+def _triangles(corners: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 3) triangles of strips that follow each other, in rows and between ends within them.
+
+    A strip repeats a corner to turn; what that makes is no triangle.
+    """
+    if len(corners) == 0:
+        return np.zeros((0, 3), dtype=np.int64)
+    starts = np.zeros(len(corners) + 1, dtype=bool)
+    starts[np.concatenate([[0], np.cumsum(lengths)])] = True
+    starts[1:] |= corners == _END
+    places = np.arange(len(corners))
+    step = places - np.maximum.accumulate(np.where(starts[:-1], places, 0))
+    last = np.flatnonzero((step >= 2) & (corners != _END))
+    a, b, c = corners[last - 2], corners[last - 1], corners[last]
+    turned = step[last] % 2 == 1
+    triangles = np.stack([np.where(turned, b, a), np.where(turned, a, b), c], axis=1)
+    whole: NDArray[np.int64] = triangles[(a != b) & (b != c) & (c != a)]
+    return whole
 
 
 def _coordinates(element: Element) -> tuple[int, int, int]:

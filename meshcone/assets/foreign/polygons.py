@@ -52,13 +52,14 @@ def check_corners(
     sizes: NDArray[np.int64],
     vertices: int,
     place: Callable[[int], str],
+    least: int = 0,
 ) -> None:
     """Compare (c,) corners of (p,) polygons with the number of vertices.
 
     Raises:
         InputError: naming the first that is not among them.
     """
-    outside = (corners < 0) | (corners >= vertices)
+    outside = (corners < least) | (corners >= vertices)
     if outside.any():
         corner = int(np.flatnonzero(outside)[0])
         polygon = int(np.searchsorted(np.cumsum(sizes), corner, side="right"))

@@ -7,6 +7,7 @@ the length decides.
 
 from __future__ import annotations
 
+import re
 import struct
 
 import numpy as np
@@ -18,6 +19,9 @@ from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
 _HEADER = 84
+_BLANK = rb"(?:\s|#[^\r\n]*+[\r\n])*+"
+_SOLID = re.compile(_BLANK + rb"solid\b", re.I)
+_TEXT = re.compile(_BLANK + rb"solid\b[^\n]*+\n" + _BLANK + rb"facet\b", re.I)
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 # What may come after each line of an ASCII file, and where that leads.
@@ -40,6 +44,11 @@ def is_binary_stl(data: bytes) -> bool:
     return len(data) >= _HEADER and len(data) == _binary_length(data)
 
 
+def is_text_stl(data: bytes) -> bool:
+    """Whether a file begins as an ASCII STL does; some exporters put comments first."""
+    return _TEXT.match(data) is not None
+
+
 def read_stl(data: bytes, limits: Limits) -> Polygons:
     """Read an ASCII or binary STL file; its normals are passed over.
 
@@ -49,7 +58,7 @@ def read_stl(data: bytes, limits: Limits) -> Polygons:
     """
     if is_binary_stl(data):
         return _read_binary(data, limits)
-    if data[:4096].lstrip()[:5].lower() == b"solid":
+    if _SOLID.match(data):
         return _read_ascii(data, limits)
     if len(data) < _HEADER:
         raise InputError(f"a binary STL has at least {_HEADER} bytes, the file {len(data)}")
@@ -78,7 +87,7 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
 def _read_ascii(data: bytes, limits: Limits) -> Polygons:
     vertices: list[Line] = []
     state, number = "the beginning", 1
-    for line in content_lines(data, limits):
+    for line in content_lines(data, limits, comments=True):
         number = line[0]
         keyword = line[1].split(None, 1)[0].lower()
         if keyword not in _NEXT[state]:

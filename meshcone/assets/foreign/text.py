@@ -15,6 +15,9 @@ from meshcone.errors import InputError
 
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d{1,18}")
+# What Microsoft's C library printed for what is no number.
+_NO_NUMBER = re.compile(rb"[+-]?1\.#(?:IND|INF|QNAN|SNAN)\d*", re.I)
+_COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
 
 _BLOCK_BYTES = 1024 * 1024
 
@@ -22,7 +25,7 @@ Line = tuple[int, bytes]
 
 
 def content_lines(
-    data: bytes, limits: Limits, first: int = 1, comment: bytes = b""
+    data: bytes, limits: Limits, first: int = 1, *, comments: bool = False
 ) -> Iterator[Line]:
     """Iterate over lines that hold something besides blanks and comments, with their numbers.
 
@@ -30,7 +33,7 @@ def content_lines(
         data: the text.
         limits: of which ``lines`` counts.
         first: number of its first line.
-        comment: what starts a comment; empty if the format has none.
+        comments: whether ``#`` starts one.
 
     Raises:
         LimitError: more lines than ``limits`` accept.
@@ -40,7 +43,7 @@ def content_lines(
     return (
         (number, text)
         for number, line in enumerate(_lines(data), first)
-        if (text := (line.partition(comment)[0] if comment else line).strip())
+        if (text := (_COMMENT.sub(b"", line) if comments and b"#" in line else line).strip())
     )
 
 
@@ -57,17 +60,40 @@ def _lines(data: bytes) -> Iterator[bytes]:
         start = end
 
 
-def take(lines: Iterator[Line], count: int, what: str) -> list[Line]:
-    """The next lines.
+def take(lines: Iterator[Line], count: int, what: str, words: int = 1) -> list[Line]:
+    """The next lines, each with those after it that its first ``words`` words are wrapped over.
 
     Raises:
         InputError: there are fewer.
     """
-    taken = list(islice(lines, count))
-    if len(taken) < count:
-        place = f"line {taken[-1][0]}" if taken else "end of the file"
-        raise InputError(f"expected {count:,} {what}, found {len(taken):,}", place=place)
+    taken = []
+    for number, text in islice(lines, count):
+        if words > 1 and len(text.split(None, words - 1)) < words:
+            taken.append((number, b" ".join(words_of((number, text), lines, words))))
+        else:
+            taken.append((number, text))
+    require(count, what, [number for number, _ in taken])
     return taken
+
+
+def require(count: int, what: str, found: Sequence[int]) -> None:
+    """Compare how many were promised with the lines they were found in.
+
+    Raises:
+        InputError: there are fewer.
+    """
+    if len(found) < count:
+        place = f"line {found[-1]}" if found else "end of the file"
+        raise InputError(f"expected {count:,} {what}, found {len(found):,}", place=place)
+
+
+def words_of(line: Line, following: Iterator[Line], count: int) -> list[bytes]:
+    """The first words of a line, and of those after it where it has fewer; fewer at the end."""
+    words = line[1].split(None, count)[:count]
+    while len(words) < count and (further := next(following, None)):
+        missing = count - len(words)
+        words += further[1].split(None, missing)[:missing]
+    return words
 
 
 def points(lines: Sequence[Line], columns: Sequence[int] = (0, 1, 2)) -> NDArray[np.float64]:
@@ -103,7 +129,8 @@ def decimal(word: bytes, line: int) -> float:
         InputError: the word is none.
     """
     if _NUMBER.fullmatch(word) is None:
-        raise InputError(f"expected a number, found '{shown(word)}'", place=f"line {line}")
+        expected = "a finite number" if _NO_NUMBER.fullmatch(word) else "a number"
+        raise InputError(f"expected {expected}, found '{shown(word)}'", place=f"line {line}")
     return float(word)
 
 

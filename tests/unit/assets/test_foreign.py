@@ -103,3 +103,43 @@ def test_the_words_of_an_ascii_stl_may_be_in_capitals() -> None:
 
 def test_counts_may_follow_the_keyword_of_an_off() -> None:
     assert read_asset("mesh.off", seeds.off("OFF")).counts().faces == 4
+
+
+def test_strips_of_a_ply_are_triangles_that_all_turn_the_same_way() -> None:
+    """Two strips in one list; the first repeats a corner to turn, which is no triangle."""
+    header = HEADER.replace("element vertex 4", "element vertex 6").replace("face", "tristrips")
+    rows = "0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 0\n2 1 0\n"
+    strips = "10 0 2 1 3 3 5 -1 2 4 3\n"
+    asset = read_asset("mesh.ply", (header + rows + strips).encode())
+    assert asset.faces.tolist() == [[0, 2, 1], [1, 2, 3], [2, 4, 3]]
+    assert asset.counts().faces == 3
+    a, b, c = (asset.vertices[asset.faces[:, corner]] for corner in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_strips_of_a_binary_ply_are_read_too() -> None:
+    header = HEADER.replace("ascii", "binary_little_endian").replace("face", "tristrips")
+    data = header.encode() + SQUARE.tobytes() + struct.pack("<B4i", 4, 0, 1, 3, 2)
+    asset = read_asset("mesh.ply", data)
+    assert asset.faces.tolist() == [[0, 1, 3], [3, 1, 2]]
+
+
+def test_rows_of_an_off_may_be_wrapped() -> None:
+    rows = "0 0\n0\n1\n0 0\n1 1 0\n0 1 0\n"
+    wrapped = read_asset("mesh.off", f"OFF\n4 2 0\n{rows}4 0\n1 2\n3\n3 0\n1 2 255 0 0\n".encode())
+    assert wrapped.counts().faces == 3
+    assert np.array_equal(wrapped.vertices, SQUARE)
+
+
+def test_comments_may_stand_anywhere_in_an_ascii_stl() -> None:
+    text = seeds.ascii_stl().decode().replace("\n", " # said\n # aside\n")
+    for name in ("mesh.stl", "mesh"):
+        asset = read_asset(name, f"# made by hand\n{text}".encode())
+        assert asset.counts().faces == 4
+
+
+def test_triangles_that_are_lines_are_counted() -> None:
+    """One repeats a corner, one has two corners at one place."""
+    rows = "0 0 0\n1 0 0\n1 1 0\n1 0 0\n"
+    asset = read_asset("mesh.off", f"OFF\n4 3 0\n{rows}3 0 1 2\n3 0 0 2\n3 0 1 3\n".encode())
+    assert (asset.counts().faces, asset.collapsed, len(asset.faces)) == (3, 2, 1)

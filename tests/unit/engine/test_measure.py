@@ -123,3 +123,16 @@ def test_timings_say_what_the_metrics_took() -> None:
     parts = {"sampling", "closest_triangles", "nearest_samples", "curvature_error", "emd"}
     assert timings.metrics.keys() >= parts | {"aspect_ratio", "validity"}
     assert sum(timings.metrics.values()) <= timings.quality
+
+
+def test_faces_whose_corners_coincide_are_counted_on_either_side() -> None:
+    """The weld drops them; the report, and a gate on it, must not."""
+    text = smooth().data
+    spoiled = MeshFile("spoiled.obj", text + b"f 1 1 2\nf 3 4 3\n")
+    clean = MeshFile("clean.obj", text)
+
+    found = report(spoiled, clean)
+    assert found.inputs.source.faces == found.inputs.reference.faces + 2
+    assert found.quality.input.validity.degenerate_faces == 2
+    assert found.quality.floor.validity.degenerate_faces == 0
+    assert report(clean, spoiled).quality.floor.validity.degenerate_faces == 2

@@ -75,3 +75,7 @@ def test_vertices_that_no_face_uses_are_no_component() -> None:
     )
 
     assert counted(both).components == 2
+
+
+def test_faces_that_the_mesh_no_longer_has_count_as_degenerate() -> None:
+    assert inspect(sphere(2), 100_000, collapsed=2).degenerate_faces == 2
