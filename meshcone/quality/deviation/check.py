@@ -11,9 +11,9 @@ import numpy as np
 from meshcone.errors import InputError
 from meshcone.quality.deviation.leaves import WEIGHT_PARTS, Leaves
 from meshcone.quality.deviation.placing import Placed
-from meshcone.quality.deviation.triangles import Triangles
+from meshcone.quality.deviation.triangles import Triangles, corners_among
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Bools, Floats, Ints
+from meshcone.surface.arrays import Floats, Ints
 
 # Leaves bounded at a time: memory stays within some tens of megabytes.
 _BLOCK = 65536
@@ -80,12 +80,6 @@ def check_point(mesh: Mesh, reference: Mesh, face: int, weights: Floats) -> floa
     point = weights @ placed.mesh.corners[face]
     height = Triangles(placed.reference).distance_at_least(point)
     return max(height - placed.rounding, 0.0) * placed.unit
-
-
-def corners_among(corners: Floats, others: Floats) -> Bools:
-    """Whether each (k, 3, 3) triangle has no corner that the other one has not, (k,)."""
-    equal = (corners[:, :, None] == others[:, None]).all(axis=3)
-    return np.asarray(equal.any(axis=2).all(axis=1))
 
 
 def _bounds(

@@ -8,7 +8,7 @@ from functools import reduce
 import numpy as np
 
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
 
 # Rows worked on at a time: temporaries stay in the processor's cache.
 _BLOCK = 8192
@@ -72,6 +72,12 @@ class Triangles:
             ]
             lowest = min(lowest, float(np.min(heights)))
         return max(lowest, 0.0)
+
+
+def corners_among(corners: Floats, others: Floats) -> Bools:
+    """Whether each (k, 3, 3) triangle has no corner that the other one has not, (k,)."""
+    equal = (corners[:, :, None] == others[:, None]).all(axis=3)
+    return np.asarray(equal.any(axis=2).all(axis=1))
 
 
 _Vectors = tuple[Floats, Floats, Floats]

@@ -1,0 +1,90 @@
+"""How far any point of one surface lies from the other: an interval that is proven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from meshcone.quality.deviation.leaves import Leaves
+from meshcone.quality.deviation.search import Farthest, Level, Search
+from meshcone.surface import Mesh
+
+
+@dataclass(frozen=True)
+class Asked:
+    """When to stop.
+
+    Attributes:
+        width: how wide the interval may stay, in the meshes' unit.
+        share: the same as a share of its upper end; the larger of both counts.
+        most_pieces: how many pieces may be made beyond the faces of the mesh.
+        bars: values to be told from the distance. Where there are some, nothing else is
+            asked for: the search ends as soon as each is known to be exceeded or not.
+    """
+
+    width: float
+    share: float
+    most_pieces: int
+    bars: tuple[float, ...] = ()
+
+    @property
+    def level(self) -> Level:
+        """What a piece may be bounded by and still need no more work."""
+        return self._undecided if self.bars else self._narrow
+
+    def _undecided(self, met: float) -> float:
+        return min((bar for bar in self.bars if bar >= met), default=float("inf"))
+
+    def _narrow(self, met: float) -> float:
+        return max(met + self.width, met / (1 - self.share))
+
+    def answered_by(self, lower: float, upper: float) -> bool:
+        """Whether an interval is as narrow as asked for, or decides all bars."""
+        if self.bars:
+            return all(upper <= bar or lower > bar for bar in self.bars)
+        return upper - lower <= max(self.width, self.share * upper)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """How far any point of a mesh lies from its reference.
+
+    Both ends are proven, whatever the search did.
+
+    Attributes:
+        lower, upper: the largest distance lies between, in the meshes' unit.
+        farthest: a point that is ``lower`` away, at least.
+        answered: whether this is what was asked for; else the pieces ran out.
+        leaves: what proves ``upper``, for
+            :func:`~meshcone.quality.deviation.check.check_leaves`.
+        pieces: how many were made beyond the faces of the mesh.
+    """
+
+    lower: float
+    upper: float
+    farthest: Farthest
+    answered: bool
+    leaves: Leaves = field(repr=False)
+    pieces: int
+
+
+def directed_deviation(mesh: Mesh, reference: Mesh, asked: Asked) -> Interval:
+    """Bound the largest distance of any point of ``mesh`` from ``reference``.
+
+    This is the one-sided Hausdorff distance. The bounds hold for every point of every
+    triangle, not for samples; meshes may be any triangles, closed or not, in any order.
+
+    Raises:
+        InputError: a mesh has no faces or a position that is not finite.
+    """
+    search = Search(mesh, reference)
+    search.run(asked.level, asked.most_pieces)
+    farthest = search.farthest()
+    lower, upper = farthest.distance, search.upper
+    return Interval(
+        lower=lower,
+        upper=upper,
+        farthest=farthest,
+        answered=asked.answered_by(lower, upper),
+        leaves=search.pieces.leaves(),
+        pieces=search.pieces.count - search.pieces.faces,
+    )

@@ -1,0 +1,72 @@
+"""The points of a mesh whose distance has been asked for, and the farthest among them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshcone.quality.deviation.triangles import Triangles
+from meshcone.surface import Mesh, SurfaceTree
+from meshcone.surface.arrays import Floats, Ints
+
+
+class KnownPoints:
+    """The vertices of a mesh and the ends of cuts, with the face suggested as closest to each.
+
+    Attributes:
+        positions: (n, 3); rows beyond the last point are room for more.
+        nearest: (n,) the face of the other surface suggested as closest.
+        distances: (n,) to that face, so never too small but for rounding; NaN before it was
+            asked for.
+        farthest: the largest distance met, of any point asked for; −1 before the first.
+        farthest_at: (3,) that point.
+        farthest_face: the face of the mesh it is on.
+    """
+
+    def __init__(self, mesh: Mesh, tree: SurfaceTree, triangles: Triangles) -> None:
+        """Begin with the vertices of a mesh, none of which has been asked for."""
+        self._tree, self._triangles = tree, triangles
+        self.positions = mesh.vertices
+        self.distances = np.full(len(mesh.vertices), np.nan)
+        self.nearest = np.zeros(len(mesh.vertices), dtype=np.int64)
+        self._face = np.zeros(len(mesh.vertices), dtype=np.int64)
+        self._face[mesh.faces.ravel()] = np.repeat(np.arange(len(mesh.faces)), 3)
+        self.count = len(mesh.vertices)
+        self.farthest, self.farthest_face = -1.0, 0
+        self.farthest_at = mesh.corners[0, 0]
+
+    def look_up(self, rows: Ints) -> None:
+        """Ask for points (k,)."""
+        found = self.ask(self.positions[rows], self._face[rows])
+        self.nearest[rows], self.distances[rows] = found
+
+    def add(self, positions: Floats, faces: Ints) -> Ints:
+        """Take new points (k, 3) on faces (k,) of the mesh and ask for them; their rows (k,)."""
+        rows = np.arange(self.count, self.count + len(positions))
+        self.count += len(positions)
+        missing = self.count - len(self.positions)
+        if missing > 0:
+            room = max(len(self.positions), missing)
+            self.positions = np.concatenate([self.positions, np.zeros((room, 3))])
+            self.distances = np.concatenate([self.distances, np.full(room, np.nan)])
+            self.nearest = np.concatenate([self.nearest, np.zeros(room, dtype=np.int64)])
+            self._face = np.concatenate([self._face, np.zeros(room, dtype=np.int64)])
+        self.positions[rows], self._face[rows] = positions, faces
+        self.look_up(rows)
+        return rows
+
+    def ask(self, positions: Floats, faces: Ints) -> tuple[Ints, Floats]:
+        """Suggest the closest face for each of (k, 3) points, with the distance to it, (k,) each.
+
+        Args:
+            positions: points of the mesh, which are not kept; but the farthest is.
+            faces: (k,) of the mesh they are on.
+        """
+        if not len(positions):
+            return np.empty(0, dtype=np.int64), np.empty(0)
+        nearest = np.asarray(self._tree.closest(positions).faces, dtype=np.int64)
+        distances = self._triangles.distances(positions, nearest)
+        worst = int(distances.argmax())
+        if distances[worst] > self.farthest:
+            self.farthest, self.farthest_face = float(distances[worst]), int(faces[worst])
+            self.farthest_at = positions[worst].copy()
+        return nearest, distances
