@@ -10,6 +10,7 @@ from meshcone.assets import Asset, read_asset
 from meshcone.assets.policy import WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.notices import Code, Notice, Side, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.records import Validity
 from meshcone.report.data_checks import data_warnings
@@ -104,22 +105,24 @@ class Pair:
         x, y, z = map(float, self.frame.centre)
         return FrameRecord(centre=(x, y, z), radius=self.frame.radius)
 
-    def warnings(self, source: Validity, reference: Validity) -> list[str]:
+    def warnings(self, source: Validity, reference: Validity) -> list[WarningRecord]:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.
 
         Args:
             source: what was counted on the source.
             reference: what was counted on the reference.
         """
+        sides: tuple[tuple[Side, Asset], ...] = (
+            ("source", self.source_asset),
+            ("reference", self.reference_asset),
+        )
         told = [
-            f"{asset.name}: {warning}"
-            for asset in (self.source_asset, self.reference_asset)
-            for warning in asset.warnings
+            notice.about(side, asset.name) for side, asset in sides for notice in asset.warnings
         ]
         found = data_warnings(self.source, self.reference, source, reference)
         return told + self._writing() + found
 
-    def _writing(self) -> list[str]:
+    def _writing(self) -> list[WarningRecord]:
         """What of the source stays although it could move, and what is changed besides."""
         if self.policy is None:
             return []
@@ -127,11 +130,12 @@ class Pair:
         selected = self.policy.selected
         if selected is not None:
             fixed = self.fixed
-            told.append(
+            words = (
                 f"{np.count_nonzero(selected):,} of {len(selected):,} faces are selected; "
                 f"{np.count_nonzero(fixed):,} of {len(fixed):,} vertices belong to others and stay"
             )
-        return [f"{self.source_asset.name}: {sentence}" for sentence in told]
+            told.append(Notice(Code.WRITING_SELECTED, words))
+        return [notice.about("source", self.source_asset.name) for notice in told]
 
     def patched(self, positions: Floats) -> bytes:
         """Write the source file with its vertices at (n, 3) positions in the frame.

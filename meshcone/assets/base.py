@@ -16,6 +16,7 @@ from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
+from meshcone.notices import Notice
 from meshcone.options import Options, SelectOptions
 
 _DEFAULT = WritePolicy()
@@ -72,7 +73,7 @@ class Asset(abc.ABC):
         polygons: int,
         meshes: int,
         materials: int,
-        warnings: tuple[str, ...] = (),
+        warnings: tuple[Notice, ...] = (),
     ) -> None:
         if len(surface.faces) == 0:
             found = "its faces have no area" if len(surface.triangles) else "it has no faces"
@@ -162,8 +163,8 @@ class Asset(abc.ABC):
             InputError: saying what in the file stands in the way.
         """
 
-    def changes(self, policy: WritePolicy) -> tuple[str, ...]:  # noqa: ARG002
-        """What writing changes of the file besides positions and normals, a sentence each."""
+    def changes(self, policy: WritePolicy) -> tuple[Notice, ...]:  # noqa: ARG002
+        """What writing changes of the file besides positions and normals."""
         return ()
 
     def patched(self, vertices: NDArray[np.float64], policy: WritePolicy = _DEFAULT) -> bytes:

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
-from meshcone.gates.paths import Found, find, value_at
+from meshcone.gates.paths import AnyReport, Found, find, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
+from meshcone.notices import warnings_named
 from meshcone.report.report import MeasureReport, Report
 
-AnyReport = Report | MeasureReport
 SameReport = TypeVar("SameReport", Report, MeasureReport)
 
 # Below this, relative to the radius, a distance is the rounding of the files' own numbers.
@@ -141,6 +141,8 @@ class _Comparison:
             yield f"{number(self.allowed)} times that"
         if not self._is_upper:
             yield " required"
+        if not within and (told := warnings_named(self.report.warnings, self.key)):
+            yield f": {told[0]}"
 
     def _whose(self) -> str:
         return "the input's" if self.bound.endswith("_to_input") else "the floor"

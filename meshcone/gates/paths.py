@@ -2,7 +2,8 @@
 
 A name is a dotted path from the report's root (``solver.iterations``). Metrics and validity can be
 named without the section they stand in (``point_to_surface.p95``, ``validity.watertight``): they
-are then those of the refined mesh or, where nothing was refined, of the source.
+are then those of the refined mesh or, where nothing was refined, of the source. ``warnings`` is
+how many warnings there are, ``warnings.normals.opposed`` how many of one code.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pydantic import BaseModel
 from meshcone.errors import InputError
 from meshcone.gates.rules import Allowed, GateTable
 from meshcone.gates.units import is_distance
+from meshcone.notices import WARNINGS, warnings_named
 from meshcone.quality.records import Metrics
 from meshcone.report.report import MeasureReport, Report
 from meshcone.suggestions import did_you_mean
@@ -28,6 +30,7 @@ Mode = Literal["refine", "measure"]
 
 NOT_TESTED = "not_tested"  # how a report states a value it did not determine, besides null
 _KINDS: Mapping[type, Kind] = {bool: "truth", int: "number", float: "number", str: "word"}
+AnyReport = Report | MeasureReport
 _ABSENT = object()
 _ANY = "*"  # stands for every key of a section whose keys depend on the job
 _REPORTS: Mapping[Mode, type[BaseModel]] = {"refine": Report, "measure": MeasureReport}
@@ -83,12 +86,15 @@ def require_known(gates: GateTable, mode: Mode) -> None:
 def known_values(mode: Mode) -> Mapping[str, Known]:
     """Every name a gate can use; ``*`` stands for any key."""
     named = {**dict(_leaves(_REPORTS[mode])), **dict(_leaves(Metrics))}
+    named |= dict.fromkeys(WARNINGS, Known("number"))
     # The verdict is not a value it could be about.
     return {name: value for name, value in named.items() if not name.startswith("gates.")}
 
 
-def find(report: BaseModel, key: str) -> Found | None:
+def find(report: AnyReport, key: str) -> Found | None:
     """Find a value by its name; None where the report lacks the section it stands in."""
+    if key in WARNINGS:
+        return Found("warnings", len(warnings_named(report.warnings, key)))
     paths = [f"{section}.{key}" for section in _JUDGED] if is_metric(key) else [key]
     for path in paths:
         value = value_at(report, path)

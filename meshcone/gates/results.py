@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.errors import ErrorKind, MeshConeError
 from meshcone.gates.records import GateCheck, GateVerdict
+from meshcone.notices import WarningRecord
 
 # `error`: there is no verdict, because a file could not be used or the work was not done.
 Ending = Literal["pass", "fail", "not_tested", "error"]
@@ -54,7 +55,7 @@ class AssetResult(_Record):
     seconds: float = Field(description="wall-clock time it took")
     verdict: GateVerdict | None = None
     error: AssetError | None = None
-    warnings: tuple[str, ...] = Field((), description="what the report warns of")
+    warnings: tuple[WarningRecord, ...] = Field((), description="what the report warns of")
     view: AssetView | None = Field(None, exclude=True, description="kept only where asked for")
 
     @property
@@ -70,7 +71,7 @@ class AssetResult(_Record):
 class GateRun(_Record):
     """All assets of one run."""
 
-    schema_: Literal["meshcone.gate/1"] = Field("meshcone.gate/1", alias="schema")
+    schema_: Literal["meshcone.gate/2"] = Field("meshcone.gate/2", alias="schema")
     version: str
     verdict: Ending = Field(description="the worst there is: error, fail, not_tested, pass")
     counts: dict[Ending, int] = Field(description="assets by how they ended")

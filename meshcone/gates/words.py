@@ -36,12 +36,16 @@ _NAMES = {
     "displacement.mean": "mean movement of the vertices",
     "displacement.max": "largest movement of a vertex",
     "certificate.holds": "certificate of the solution",
+    "warnings": "number of warnings",
 }
 _LEAST_DIGITS, _MOST_DIGITS = 3, 17  # 17 decimal digits tell any two doubles apart
 
 
 def name_of(key: str) -> str:
     """Name a value of the report in words; by its key where there are none."""
+    section, _, code = key.partition(".")
+    if section == "warnings" and code:
+        return f"number of warnings '{code}'"
     return _NAMES.get(key, key)
 
 

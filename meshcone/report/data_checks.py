@@ -1,6 +1,6 @@
 """What a pair of meshes suggests may be wrong with it, told before anyone wonders at the result.
 
-Nothing here refuses a pair: each sentence names a defect that a refinement survives but
+Nothing here refuses a pair: each warning names a defect that a refinement survives but
 cannot mend.
 """
 
@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from meshcone.notices import Code, Side, WarningRecord, warning
 from meshcone.quality.records import Validity
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, Ints, row_dot
@@ -28,8 +29,8 @@ _INSIDE_OUT = 0.6
 
 def data_warnings(
     source: Mesh, reference: Mesh, found: Validity, reference_found: Validity
-) -> list[str]:
-    """Describe what may be wrong with a pair, a sentence each.
+) -> list[WarningRecord]:
+    """Describe what may be wrong with a pair.
 
     Args:
         source: in the reference's frame.
@@ -37,9 +38,10 @@ def data_warnings(
         found: what was counted on the source.
         reference_found: what was counted on the reference.
     """
+    sides: tuple[tuple[Side, Mesh], ...] = (("source", source), ("reference", reference))
     unusable = [
-        f"The {name} holds no surface."
-        for name, mesh in (("source", source), ("reference", reference))
+        warning(Code.SURFACE_EMPTY, side, f"The {side} holds no surface.")
+        for side, mesh in sides
         if not _has_surface(mesh)
     ]
     if unusable:
@@ -61,15 +63,17 @@ def _has_surface(mesh: Mesh) -> bool:
     return bool(len(used) and np.isfinite(used).all() and mesh.face_areas.sum() > 0)
 
 
-def _placement(source: Mesh, reference: Mesh) -> Iterator[str]:
+def _placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
     (low, high), (reference_low, reference_high) = _box(source), _box(reference)
     extent, reference_extent = high - low, reference_high - reference_low
     ratio = float(extent.max() / reference_extent.max())
     if not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS:
         size = f"{ratio:.3g} times" if ratio > 1 else f"1/{1 / ratio:.3g} of"
-        yield (
+        yield warning(
+            Code.UNITS_OTHER,
+            "pair",
             f"The source is {size} the size of the reference: they may be in different units, "
-            "which aligning by similarity can mend."
+            "which aligning by similarity can mend.",
         )
         return
     shared = np.minimum(high, reference_high) - np.maximum(low, reference_low)
@@ -77,77 +81,91 @@ def _placement(source: Mesh, reference: Mesh) -> Iterator[str]:
     shares = (shared + _FLAT) / (smaller + _FLAT)  # a flat mesh has an axis without extent
     axis = int(np.argmin(shares))
     if shares[axis] < _LEAST_OVERLAP:
-        yield (
+        yield warning(
+            Code.POSE_APART,
+            "pair",
             f"Along {'xyz'[axis]} the bounding boxes of source and reference overlap "
             f"by {_percent(max(float(shares[axis]), 0))} only: the meshes may need to be aligned "
-            "first."
+            "first.",
         )
 
 
-def _fit(source: Mesh, reference: Mesh) -> list[str]:
+def _fit(source: Mesh, reference: Mesh) -> list[WarningRecord]:
     used = _used(source)
     chosen = used[:: -(-len(used) // _SAMPLES)]
     closest = SurfaceTree(reference).closest(source.vertices[chosen])
     samples = sample_surface(reference, _SAMPLES, _SEED)
     missed = SurfaceTree(source).closest(samples.points).distances > _FAR
     far = closest.distances > _FAR
-    sentences = []
+    told = []
     if far.mean() > _WORTH_TELLING:
-        sentences.append(
+        words = (
             f"{_percent(far.mean())} of the source's vertices are farther from the reference than "
             "a tenth of its radius: where the reference has a hole or lacks a part, they have "
             "nothing to follow."
         )
+        told.append(warning(Code.COVERAGE_EXTRA, "source", words))
     if missed.mean() > _WORTH_TELLING:
-        sentences.append(
+        words = (
             f"{_percent(missed.mean())} of the reference's surface is farther from the source than "
             "a tenth of its radius: where the source has a hole or lacks a part, refining cannot "
             "fill it, because it adds no faces."
         )
+        told.append(warning(Code.COVERAGE_MISSING, "reference", words))
     normals = reference.face_normals[closest.faces]
     opposed = row_dot(source.vertex_normals[chosen], normals)[~far] < 0
     if len(opposed) and opposed.mean() > _INSIDE_OUT:
-        sentences.append(
+        words = (
             f"{_percent(opposed.mean())} of the source's normals oppose the reference's: one of "
             "the two is inside out."
         )
-    return sentences
+        told.append(warning(Code.NORMALS_OPPOSED, "pair", words))
+    return told
 
 
-def _defects(name: str, mesh: Mesh, validity: Validity) -> Iterator[str]:
+def _defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecord]:
     isolated = len(mesh.vertices) - len(_used(mesh))
-    if validity.non_manifold_edges:
-        yield (
-            f"The {name} has {_count(validity.non_manifold_edges, 'edge')} where more than two "
-            "faces meet."
-        )
-    if validity.opposed_edges:
-        yield (
-            f"The {name} has {_count(validity.opposed_edges, 'edge')} across which neighbouring "
-            "faces turn their outsides in opposite directions."
-        )
-    if validity.duplicate_faces:
-        yield (
-            f"The {name} has {_count(validity.duplicate_faces, 'face')} with the same corners as "
-            "another."
-        )
-    if validity.self_intersections:
-        yield (
-            f"The {name} has {_count(validity.self_intersections, 'pair')} of faces that pass "
-            "through each other."
-        )
-    if validity.degenerate_faces:
-        yield f"The {name} has {_count(validity.degenerate_faces, 'face')} without area."
-    if isolated:
-        yield f"The {name} has {_count(isolated, 'vertex', 'vertices')} that no face uses."
+    found = (
+        (
+            Code.EDGES_NON_MANIFOLD,
+            validity.non_manifold_edges,
+            ("edge", "edges", "where more than two faces meet"),
+        ),
+        (
+            Code.EDGES_OPPOSED,
+            validity.opposed_edges,
+            (
+                "edge",
+                "edges",
+                "across which neighbouring faces turn their outsides in opposite directions",
+            ),
+        ),
+        (
+            Code.FACES_DUPLICATE,
+            validity.duplicate_faces,
+            ("face", "faces", "with the same corners as another"),
+        ),
+        (
+            Code.FACES_CROSSING,
+            validity.self_intersections,
+            ("pair", "pairs", "of faces that pass through each other"),
+        ),
+        (Code.FACES_DEGENERATE, validity.degenerate_faces, ("face", "faces", "without area")),
+        (Code.VERTICES_ISOLATED, isolated, ("vertex", "vertices", "that no face uses")),
+    )
+    for code, count, (one, many, words) in found:
+        if count:
+            yield warning(code, side, f"The {side} has {_count(count, one, many)} {words}.")
 
 
-def _pieces(pieces: int, reference_pieces: int) -> Iterator[str]:
+def _pieces(pieces: int, reference_pieces: int) -> Iterator[WarningRecord]:
     if pieces != reference_pieces:
-        yield (
-            f"The source is in {_count(pieces, 'piece')} and the reference in "
-            f"{_count(reference_pieces, 'piece')}: pieces without a counterpart follow whatever "
-            "is closest."
+        yield warning(
+            Code.PIECES_COUNT,
+            "pair",
+            f"The source is in {_count(pieces, 'piece', 'pieces')} and the reference in "
+            f"{_count(reference_pieces, 'piece', 'pieces')}: pieces without a counterpart follow "
+            "whatever is closest.",
         )
 
 
@@ -165,5 +183,5 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _count(number: int, one: str, many: str | None = None) -> str:
-    return f"{number:,} {one if number == 1 else many or one + 's'}"
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number:,} {one if number == 1 else many}"

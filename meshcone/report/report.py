@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from meshcone.gates.records import GateVerdict
+from meshcone.notices import WarningRecord
 from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.records import Quality, Validity
@@ -136,7 +137,7 @@ class MeasureReport(_Record):
     options: Options
     quality: Quality
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
-    warnings: list[str]
+    warnings: list[WarningRecord]
     timings: Timings
 
     def __repr__(self) -> str:
@@ -163,7 +164,7 @@ class Report(_Record):
         description="absent where the input was kept as it was"
     )
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
-    warnings: list[str]
+    warnings: list[WarningRecord]
     timings: Timings
 
     def __repr__(self) -> str:

@@ -15,6 +15,7 @@ from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
+from meshcone.notices import Code, WarningRecord, warning
 from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
@@ -224,18 +225,24 @@ def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
     )
 
 
-def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[str]:
+def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[WarningRecord]:
     warnings = [
-        f"round {record.round}: the solver stopped after {record.info.iterations} iterations "
-        "without meeting its tolerance"
+        warning(
+            Code.SOLVER_UNFINISHED,
+            "refined",
+            f"round {record.round}: the solver stopped after {record.info.iterations} iterations "
+            "without meeting its tolerance",
+            where=f"round {record.round}",
+        )
         for record in solver.rounds
         if record.info is not None and not record.info.solved
     ]
     if solved.kept_input:
-        warnings.append(
+        words = (
             "every setting tried ended farther from the reference than the input, "
             "which is returned as it was"
         )
+        warnings.append(warning(Code.SOLVER_KEPT_INPUT, "refined", words))
     return warnings
 
 

@@ -50,3 +50,5 @@ def command(
     with progress_bar() as show:
         refined = refine_loaded(source_file, reference_file, options, progress=show)
     refined.save(out, report=report, html=html)
+    for warning in refined.report.warnings:
+        typer.echo(f"warning        {warning}", err=True)

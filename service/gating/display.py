@@ -65,17 +65,26 @@ def summary_table(run: GateRun) -> Table:
 
 
 def check_lines(asset: AssetResult) -> Iterator[str]:
-    """A line for each check of an asset."""
+    """A line for each check of an asset, and for each warning."""
     for check in asset.checks():
         yield f"{label(check.status, check.severity):<11} {check.words}"
+    for warning in asset.warnings:
+        yield f"{'warning':<11} {warning}"
 
 
 def finding_lines(run: GateRun) -> Iterator[str]:
-    """A line for each check, of any asset, that did not pass."""
+    """A line for each check, of any asset, that did not pass, and for each kind of warning."""
     for asset in run.assets:
         for check in asset.checks():
             if check.status != "pass":
                 yield f"{label(check.status, check.severity):<11} {asset.name}: {check.words}"
+    warned: dict[str, list[str]] = {}
+    for asset in run.assets:
+        for warning in asset.warnings:
+            warned.setdefault(warning.code, []).append(f"{asset.name}: {warning.words}")
+    for code, lines in sorted(warned.items()):
+        others = f" (and {len(lines) - 1:,} more)" if len(lines) > 1 else ""
+        yield f"{'warning':<11} {code}: {lines[0]}{others}"
 
 
 def closing_line(run: GateRun) -> str:

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 from meshcone.errors import MeshConeError
 from meshcone.gates.records import GateVerdict
 from meshcone.gates.results import AssetError, AssetResult, AssetView, GateRun
+from meshcone.notices import Code, WarningRecord, warning
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
 
@@ -33,17 +34,20 @@ class Judgement:
     """What came of a job that was done."""
 
     verdict: GateVerdict
-    warnings: tuple[str, ...]
+    warnings: tuple[WarningRecord, ...]
     view: AssetView | None = None
 
     @staticmethod
     def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
         """Take it from a report as JSON, in which there are gates."""
         verdict = GateVerdict.model_validate(report["gates"])
-        return Judgement(verdict, tuple(report["warnings"]), view)
+        warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))
+        return Judgement(verdict, warnings, view)
 
 
-_UNGATED = Judgement(GateVerdict.of(()), ("no gate applies to this asset",))
+_UNGATED = Judgement(
+    GateVerdict.of(()), (warning(Code.GATES_NONE, "pair", "No gate applies to this asset."),)
+)
 
 
 class Gatekeeper(Protocol):

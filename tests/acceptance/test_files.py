@@ -71,4 +71,4 @@ def test_a_compressed_file_comes_back_plain(client: Client, data_dir: Path, ball
 
     assert job.state == "succeeded", (data_dir / "service.log").read_text()
     assert b"KHR_draco" not in client.mesh(job.id)
-    assert any("plain buffers" in words for words in client.report(job.id)["warnings"])
+    assert any("plain buffers" in each["words"] for each in client.report(job.id)["warnings"])

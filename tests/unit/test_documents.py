@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from meshcone.assets import Limits
 from meshcone.gates.rules import BOUNDS, GateRule
+from meshcone.notices import Code
 from meshcone.options import Options
 from meshcone.quality.records import Metrics, Validity
 from service.settings import ServiceSettings
@@ -48,6 +49,11 @@ def setting_rows(model: type[BaseModel], prefix: str) -> Iterator[str]:
 @pytest.mark.parametrize("row", list(option_rows(Options)))
 def test_every_option_is_documented_with_its_default(row: str) -> None:
     assert row in (DOCS / "options.md").read_text().splitlines()
+
+
+@pytest.mark.parametrize("code", list(Code))
+def test_every_warning_is_documented(code: Code) -> None:
+    assert f"| `{code}` | {code.meaning} |" in (DOCS / "warnings.md").read_text().splitlines()
 
 
 @pytest.mark.parametrize(

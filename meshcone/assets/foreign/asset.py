@@ -17,6 +17,7 @@ from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError
+from meshcone.notices import Code, Notice
 
 ForeignFormat = Literal["ply", "stl", "off"]
 
@@ -55,10 +56,12 @@ class ForeignAsset(Asset):
         sizes = polygons.sizes[whole]
         warnings = []
         if not whole.all():
-            warnings.append(f"{np.count_nonzero(~whole)} faces with fewer than 3 corners; ignored")
+            words = f"{np.count_nonzero(~whole)} faces with fewer than 3 corners; ignored"
+            warnings.append(Notice(Code.FACES_TOO_FEW_CORNERS, words))
         triangles, fanned = triangulate(polygons.positions[corners], sizes)
         if fanned:
-            warnings.append(f"{fanned} large concave polygons were split as if they were convex")
+            words = f"{fanned} large concave polygons were split as if they were convex"
+            warnings.append(Notice(Code.FACES_CONCAVE, words))
         super().__init__(
             name,
             weld_surface(polygons.positions, corners[triangles]),

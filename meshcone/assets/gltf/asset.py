@@ -28,6 +28,7 @@ from meshcone.assets.limits import Limits
 from meshcone.assets.policy import DracoPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError, InternalError
+from meshcone.notices import Code, Notice
 
 
 def read_glb(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
@@ -91,21 +92,19 @@ class GltfAsset(Asset):
         with naming(self.name):
             self._writable(policy or WritePolicy())
 
-    def changes(self, policy: WritePolicy) -> tuple[str, ...]:
+    def changes(self, policy: WritePolicy) -> tuple[Notice, ...]:
         """See :meth:`Asset.changes`."""
         told = []
         if self._model.compressed:
-            told.append(_DRACO_CHANGES[policy.draco])
+            told.append(Notice(Code.WRITING_DRACO, _DRACO_CHANGES[policy.draco]))
         before, after = self._model.document.root, self._writable(policy).document.root
         copied = len(after.children("meshes")) - len(before.children("meshes"))
         apart = len(after.children("accessors")) - len(before.children("accessors"))
         if apart:
             added = [_count(copied, "mesh", "meshes")] if copied else []
             added.append(_count(apart, "accessor", "accessors"))
-            told.append(
-                "vertex data that several nodes or meshes share were split; added: "
-                f"{' and '.join(added)}"
-            )
+            words = "vertex data that several nodes or meshes share were split; added: "
+            told.append(Notice(Code.WRITING_SPLIT, words + " and ".join(added)))
         return tuple(told)
 
     def _writable(self, policy: WritePolicy) -> Model:

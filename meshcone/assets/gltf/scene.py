@@ -15,6 +15,7 @@ from meshcone.assets.gltf.nodes import Placement, place_meshes
 from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader, mesh_primitives
 from meshcone.assets.limits import LARGEST_COORDINATE, Limits
 from meshcone.errors import InputError
+from meshcone.notices import Code, Notice
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Scene:
     blocks: list[Block]
     primitives: list[PlacedPrimitive]
     positions: NDArray[np.float64]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
     @property
     def triangles(self) -> NDArray[np.int64]:
@@ -165,20 +166,33 @@ class _SceneBuilder:
             self._local[accessor.index] = decode(stored, accessor.normalized)
         return self._local[accessor.index]
 
-    def _warnings(self) -> tuple[str, ...]:
+    def _warnings(self) -> tuple[Notice, ...]:
         skinned = {block.placement.mesh for block in self._blocks if block.placement.skinned}
         morphed = {
             self._blocks[placed.block].placement.mesh
             for placed in self._placed
             if placed.primitive.morphed
         }
-        in_bind_pose = "is skinned: read in its bind pose"
-        in_base_shape = "has morph targets: read in its base shape, the targets stay as they are"
-        return tuple(
-            f"{mesh_name(self._mesh_elements, mesh)} {consequence}"
-            for meshes, consequence in ((skinned, in_bind_pose), (morphed, in_base_shape))
-            for mesh in sorted(meshes)
+        told = (
+            (Code.SKIN_BIND_POSE, skinned, "skinned: read in {their} bind pose"),
+            (
+                Code.MORPH_BASE_SHAPE,
+                morphed,
+                "with morph targets: read in {their} base shape, the targets stay as they are",
+            ),
         )
+        return tuple(
+            Notice(code, self._about(sorted(meshes), words))
+            for code, meshes, words in told
+            if meshes
+        )
+
+    def _about(self, meshes: list[int], words: str) -> str:
+        """One sentence, however many meshes it is about."""
+        first = mesh_name(self._mesh_elements, meshes[0])
+        if len(meshes) == 1:
+            return f"{first} is {words.format(their='its')}"
+        return f"{len(meshes):,} meshes, {first} the first, are {words.format(their='their')}"
 
 
 def mesh_name(meshes: list[Element], index: int) -> str:

@@ -24,6 +24,7 @@ from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface, weld_surface
 from meshcone.errors import InputError
+from meshcone.notices import Code, Notice
 
 _UTF16_MARKS = (b"\xfe\xff", b"\xff\xfe")
 
@@ -47,7 +48,8 @@ def read_obj(name: str, data: bytes, resources: Mapping[str, bytes], limits: Lim
     corners, fanned = triangulate(positions[faces.vertices], faces.sizes)
     warnings = faces.warnings
     if fanned:
-        warnings += (f"{fanned} large concave polygons were split as if they were convex",)
+        words = f"{fanned} large concave polygons were split as if they were convex"
+        warnings += (Notice(Code.FACES_CONCAVE, words),)
     surface = weld_surface(positions, faces.vertices[corners])
     regions = face_regions(lines, np.repeat(faces.rows, faces.sizes - 2))
     return ObjAsset(name, data, resources, lines, faces, corners, surface, regions, warnings)
@@ -75,7 +77,7 @@ class ObjAsset(Asset):
         corners: NDArray[np.int64],
         surface: WeldedSurface,
         regions: Regions,
-        warnings: tuple[str, ...],
+        warnings: tuple[Notice, ...],
     ) -> None:
         super().__init__(
             name,

@@ -18,6 +18,7 @@ from meshcone.assets.limits import Limits
 from meshcone.assets.obj.numbers import block_words, blocks, shown
 from meshcone.assets.obj.scan import ObjLines, count_words
 from meshcone.errors import InputError
+from meshcone.notices import Code, Notice
 
 _NONE = 0  # no OBJ index is 0, so 0 stands for "not given" until indices are resolved
 _LARGEST = 2**62
@@ -46,7 +47,7 @@ class ObjFaces:
     normals: NDArray[np.int64]
     sizes: NDArray[np.int64]
     rows: NDArray[np.int64]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
 
 def read_faces(lines: ObjLines, limits: Limits) -> ObjFaces:
@@ -168,19 +169,21 @@ def _resolve(
         )
     warnings = []
     known = {}
-    for what, indices, statements in (
-        ("texture coordinate", texcoords, lines.texcoords),
-        ("normal", normals, lines.normals),
+    for what, code, indices, statements in (
+        ("texture coordinate", Code.TEXCOORDS_UNKNOWN, texcoords, lines.texcoords),
+        ("normal", Code.NORMALS_UNKNOWN, normals, lines.normals),
     ):
         known[what], unknown = _known(indices, rows, statements)
         if unknown.any():
             place = lines.place(int(rows[np.flatnonzero(unknown)[0]]))
-            warnings.append(f"{place}: a face names a {what} the file does not have; ignored")
+            words = f"a face names a {what} the file does not have; ignored"
+            warnings.append(Notice(code, words, place))
 
     whole = sizes >= 3
     if not whole.all():
         place = lines.place(int(lines.faces[~whole][0]))
-        warnings.append(f"{place}: a face with fewer than 3 corners; ignored")
+        words = "a face with fewer than 3 corners; ignored"
+        warnings.append(Notice(Code.FACES_TOO_FEW_CORNERS, words, place))
     kept = np.repeat(whole, sizes)
     return ObjFaces(
         vertices=resolved[kept],

@@ -17,7 +17,7 @@ def to_junit(run: GateRun) -> bytes:
 
     A bound that is exceeded is a ``failure``; one that could not be tested, or a file that could
     not be used, is an ``error``. A warning leaves its test case passed, with a note; one that
-    could not be tested is ``skipped``.
+    could not be tested is ``skipped``. What the report warns of is the output of the suite.
     """
     suites = ET.Element("testsuites", {"name": "meshcone gate"})
     for asset in run.assets:
@@ -37,10 +37,13 @@ def _add_suite(suites: ET.Element, asset: AssetResult) -> None:
     if asset.error is not None:
         case = _add_case(suite, asset, "usable")
         _add_finding(case, "error", asset.error.kind, asset.error.message)
-    suite.set("tests", str(len(suite)))
+    suite.set("tests", str(len(suite.findall("testcase"))))
     for name, tag in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
         suite.set(name, str(len(suite.findall(f"testcase/{tag}"))))
     suite.set("time", _seconds(asset.seconds))
+    if asset.warnings:
+        text = "\n".join(_printable(f"warning: {each}") for each in asset.warnings)
+        ET.SubElement(suite, "system-out").text = text
 
 
 def _add_case(suite: ET.Element, asset: AssetResult, name: str) -> ET.Element:

@@ -1,4 +1,4 @@
-"""SARIF 2.1.0 (OASIS standard): a result for each bound that is exceeded or could not be tested.
+"""SARIF 2.1.0 (OASIS standard): a result for each bound not passed and for each warning.
 
 Section numbers are those of the standard.
 """
@@ -15,6 +15,7 @@ from urllib.parse import quote
 from meshcone.gates.records import GateCheck
 from meshcone.gates.results import AssetResult, GateRun
 from meshcone.gates.words import name_of
+from meshcone.notices import meaning_of
 
 SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -53,16 +54,18 @@ def _rules(assets: Sequence[AssetResult]) -> list[dict[str, Any]]:
     """Describe every check made, whether it found something or not (3.19.23)."""
     checks = {check.rule: check for asset in assets for check in asset.checks()}
     rules = [_rule(each.rule, f"{name_of(each.key)}, '{each.bound}'") for each in checks.values()]
+    told = sorted({each.code for asset in assets for each in asset.warnings})
+    rules += [_rule(code, meaning_of(code), "warning") for code in told]
     if any(_is_unusable(asset) for asset in assets):
         rules.append(_rule(UNUSABLE, "the file cannot be used"))
     return rules
 
 
-def _rule(identifier: str, description: str) -> dict[str, Any]:
+def _rule(identifier: str, description: str, level: str = "error") -> dict[str, Any]:
     return {
         "id": identifier,
         "shortDescription": {"text": description},
-        "defaultConfiguration": {"level": "error"},
+        "defaultConfiguration": {"level": level},
     }
 
 
@@ -76,17 +79,29 @@ def _results(asset: AssetResult, index: int, ids: Sequence[str]) -> Iterable[dic
                 "level": check.severity if check.status == "fail" else "none",
                 "properties": _properties(check),
             }
+    for warning in asset.warnings:
+        identity = f"{warning.code}\n{warning.side}\n{warning.where}"
+        yield {
+            **_result(asset, index, ids, warning.code, warning.words, identity),
+            "level": "warning",
+            "properties": warning.model_dump(include={"side", "where"}, exclude_none=True),
+        }
     if asset.error is not None and _is_unusable(asset):
         yield {**_result(asset, index, ids, UNUSABLE, asset.error.message), "level": "error"}
 
 
 def _result(
-    asset: AssetResult, index: int, ids: Sequence[str], rule: str, words: str
+    asset: AssetResult,
+    index: int,
+    ids: Sequence[str],
+    rule: str,
+    words: str,
+    identity: str | None = None,
 ) -> dict[str, Any]:
     location = {**_location(asset), "index": index}
     # A mesh has no lines, but viewers that know source files only show nothing without one.
     place = {"artifactLocation": location, "region": {"startLine": 1}}
-    fingerprint = hashlib.sha256(f"{asset.name}\n{rule}".encode()).hexdigest()
+    fingerprint = hashlib.sha256(f"{asset.name}\n{identity or rule}".encode()).hexdigest()
     return {
         "ruleId": rule,
         "ruleIndex": ids.index(rule),

@@ -22,7 +22,7 @@ export function verdictCard(report) {
 
 function warnings(report) {
   if (!report.warnings.length) return null;
-  return h("section", { class: "card", "aria-labelledby": "warnings-title" }, h("h2", { id: "warnings-title" }, "Warnings"), h("ul", null, report.warnings.map((warning) => h("li", null, warning))));
+  return h("section", { class: "card", "aria-labelledby": "warnings-title" }, h("h2", { id: "warnings-title" }, "Warnings"), h("ul", null, report.warnings.map((warning) => h("li", null, warning.code && h("code", null, warning.code), warning.code && " ", warning.words ?? warning))));
 }
 
 function inputsCard(report) {

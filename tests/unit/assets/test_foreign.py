@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from meshcone.assets import read_asset
+from meshcone.notices import Code, Notice
 from tests import meshes
 from tests.fuzz import seeds
 
@@ -94,7 +95,9 @@ def test_a_concave_polygon_is_cut_within_its_outline() -> None:
 def test_a_face_of_two_corners_is_ignored_with_a_warning() -> None:
     text = HEADER.replace("face 1", "face 2") + ROWS + "2 0 1\n3 0 1 2\n"
     asset = read_asset("mesh.ply", text.encode())
-    assert asset.warnings == ("1 faces with fewer than 3 corners; ignored",)
+    assert asset.warnings == (
+        Notice(Code.FACES_TOO_FEW_CORNERS, "1 faces with fewer than 3 corners; ignored"),
+    )
 
 
 def test_the_words_of_an_ascii_stl_may_be_in_capitals() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from meshcone.assets import Limits, read_asset
 from meshcone.errors import InputError, LimitError
+from meshcone.notices import Code, Notice
 from tests.unit.assets.builders import Gltf, cube_gltf, flat_gltf, split_cube
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype=np.float32)
@@ -147,7 +148,21 @@ def test_a_skinned_mesh_is_read_in_its_bind_pose_with_a_warning():
     gltf.json["skins"] = [{"joints": [0]}]
     asset = read(gltf)
     assert asset.vertices.min() == 0
-    assert asset.warnings == ("mesh 'Cube' is skinned: read in its bind pose",)
+    words = "mesh 'Cube' is skinned: read in its bind pose"
+    assert asset.warnings == (Notice(Code.SKIN_BIND_POSE, words),)
+
+
+def test_many_skinned_meshes_are_one_warning_with_their_number():
+    gltf = cube_gltf(skin=0)
+    gltf.json["skins"] = [{"joints": [0]}]
+    for number in range(24):
+        gltf.json["meshes"].append({**gltf.json["meshes"][0], "name": f"Copy {number}"})
+        gltf.node(mesh=number + 1, skin=0)
+
+    [found] = read(gltf).warnings
+
+    assert found.code == Code.SKIN_BIND_POSE
+    assert found.words == ("25 meshes, mesh 'Cube' the first, are skinned: read in their bind pose")
 
 
 def test_only_the_default_scene_is_read():

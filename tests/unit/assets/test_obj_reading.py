@@ -5,6 +5,7 @@ import pytest
 
 from meshcone.assets import Limits, read_asset
 from meshcone.errors import InputError, LimitError
+from meshcone.notices import Code, Notice
 from tests.unit.assets.builders import CUBE, cube_obj
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
@@ -71,12 +72,14 @@ def test_indentation_tabs_and_a_byte_order_mark_are_accepted():
 
 def test_a_face_of_two_corners_is_ignored_with_a_warning():
     asset = read(f"{CORNERS}f 1 2\nf 1 2 3\n")
-    assert asset.warnings == ("line 5: a face with fewer than 3 corners; ignored",)
+    words = "a face with fewer than 3 corners; ignored"
+    assert asset.warnings == (Notice(Code.FACES_TOO_FEW_CORNERS, words, "line 5"),)
 
 
 def test_an_unknown_normal_is_ignored_with_a_warning():
     asset = read(f"{CORNERS}f 1//7 2//7 3//7\n")
-    assert "normal the file does not have" in asset.warnings[0]
+    assert asset.warnings[0].code == Code.NORMALS_UNKNOWN
+    assert "normal the file does not have" in asset.warnings[0].words
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,9 @@ def test_what_is_not_selected_stays_to_the_bit():
     half = len(before.positions) // 2
     assert np.array_equal(after.positions[:half], before.positions[:half])
     assert (after.positions[half:] != before.positions[half:]).any()
-    assert any("128 of 256 faces are selected" in words for words in answer.report.warnings)
+    assert any(
+        "128 of 256 faces are selected" in warning.words for warning in answer.report.warnings
+    )
 
 
 def test_a_selection_needs_the_surface_formulation():

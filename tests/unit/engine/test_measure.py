@@ -105,7 +105,7 @@ def test_defects_are_the_same_wherever_they_are_told() -> None:
     assert found.inputs.source.validity == found.quality.input.validity
     assert found.inputs.reference.validity == found.quality.floor.validity
     assert found.quality.input.validity.duplicate_faces == 1
-    assert any("1 face with the same corners" in warning for warning in found.warnings)
+    assert any("1 face with the same corners" in warning.words for warning in found.warnings)
 
 
 def test_intersections_beyond_the_bound_are_not_tested() -> None:

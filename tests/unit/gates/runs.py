@@ -5,6 +5,7 @@ from __future__ import annotations
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.results import AssetError, AssetResult, GateRun
 from meshcone.gates.rules import Severity
+from meshcone.notices import Code, WarningRecord, warning
 
 
 def check(status: Status, severity: Severity = "error", key: str = "emd") -> GateCheck:
@@ -33,6 +34,14 @@ def asset(name: str, *checks: GateCheck, source: str | None = None) -> AssetResu
         seconds=0.25,
         verdict=GateVerdict.of(checks),
     )
+
+
+OPPOSED = warning(Code.NORMALS_OPPOSED, "pair", "Most normals <oppose> each other.")
+
+
+def warned(name: str, *warnings: WarningRecord) -> AssetResult:
+    """An asset that passes and whose report warns."""
+    return asset(name, check("pass")).model_copy(update={"warnings": warnings})
 
 
 def broken(name: str, kind: str, message: str) -> AssetResult:

@@ -121,6 +121,8 @@ def test_json_says_the_same() -> None:
             "gates.emd.max = 1\n[classes.a]\nmatch = ['*']\nwithout = ['end']",
             "'end', which is no gate of all assets; did you mean 'emd'?",
         ),
+        ("gates.warnings.normals.oposed.max = 0", "did you mean 'warnings.normals.opposed'?"),
+        ("gates.warnings.equals = true", "'equals' is for words and yes-or-no values"),
         ("", "there is no gate in it"),
         ("[gates", "is no valid TOML"),
     ],

@@ -159,6 +159,23 @@ def test_a_section_the_report_lacks_is_not_tested(report: MeasureReport) -> None
     assert (found.status, found.path) == ("not_tested", None)
 
 
+def test_warnings_are_counted_by_code_by_family_and_all_together() -> None:
+    vertices, faces = shapes.sphere(3, RADIUS)
+    report = measured(MeshFile("inside_out.obj", shapes.obj(vertices, faces[:, ::-1])))
+
+    code = check(report, "warnings.normals.opposed", max=0)
+    assert (code.status, code.value, code.path) == ("fail", 1, "warnings")
+    assert "number of warnings 'normals.opposed' 1, allowed 0: normals.opposed: 100 %" in code.words
+    assert check(report, "warnings.normals", max=0).value == 1
+    assert check(report, "warnings", max=0).value == len(report.warnings)
+
+
+def test_a_warning_that_is_not_there_counts_nothing(report: MeasureReport) -> None:
+    found = check(report, "warnings.normals.opposed", max=0)
+
+    assert (found.status, found.value) == ("pass", 0)
+
+
 @pytest.mark.parametrize(
     ("rules", "verdict"),
     [

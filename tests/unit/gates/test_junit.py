@@ -10,7 +10,7 @@ import xmlschema
 
 from meshcone.gates.formats.junit import to_junit
 from meshcone.gates.results import GateRun
-from tests.unit.gates.runs import MIXED, asset, check
+from tests.unit.gates.runs import MIXED, OPPOSED, asset, check, warned
 
 SCHEMA = xmlschema.XMLSchema(Path(__file__).with_name("junit.xsd"))
 
@@ -51,6 +51,16 @@ def test_a_warning_passes_with_a_note() -> None:
 
     assert warned.is_passed
     assert warned.system_out == "warning: chamfer fail <&>"
+
+
+def test_what_a_report_warns_of_is_the_output_of_the_suite() -> None:
+    written = to_junit(GateRun.of([warned("ball.obj", OPPOSED)]))
+
+    SCHEMA.validate(written.decode())
+    [suite] = junitparser.JUnitXml.fromstring(written)
+    assert suite.tests == 1
+    said = suite._elem.findtext("system-out")
+    assert said == "warning: normals.opposed: Most normals <oppose> each other."
 
 
 def test_what_could_not_be_tested_is_no_pass() -> None:

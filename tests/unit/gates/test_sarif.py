@@ -11,7 +11,7 @@ from sarif_pydantic import Sarif
 
 from meshcone.gates.formats.sarif import UNUSABLE, to_sarif
 from meshcone.gates.results import GateRun
-from tests.unit.gates.runs import MIXED, asset, check
+from tests.unit.gates.runs import MIXED, OPPOSED, asset, check, warned
 from tests.unit.gates.sarif_schema import LOG
 
 VALIDATOR = jsonschema.Draft202012Validator(LOG, format_checker=jsonschema.FormatChecker())
@@ -79,6 +79,20 @@ def test_the_level_is_the_severity_of_what_failed() -> None:
     assert found["warned.obj", "chamfer/max"]["level"] == "warning"
     assert found["open.obj", "emd/max"]["kind"] == "open"
     assert found["open.obj", "emd/max"]["level"] == "none"
+
+
+def test_a_warning_is_a_result_under_its_code() -> None:
+    other = OPPOSED.model_copy(update={"side": "source", "where": "wheel"})
+    run = GateRun.of([warned("ball.obj", OPPOSED, other)])
+
+    VALIDATOR.validate(json.loads(to_sarif(run)))
+    first, second = run_of(run)["results"]
+    assert (first["ruleId"], first["level"]) == ("normals.opposed", "warning")
+    assert second["properties"] == {"side": "source", "where": "wheel"}
+    assert first["partialFingerprints"] != second["partialFingerprints"]
+    rules = {rule["id"]: rule for rule in run_of(run)["tool"]["driver"]["rules"]}
+    assert rules["normals.opposed"]["defaultConfiguration"] == {"level": "warning"}
+    assert "oppose" in rules["normals.opposed"]["shortDescription"]["text"]
 
 
 def test_a_result_points_to_its_file_and_its_rule() -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
+from meshcone.notices import WarningRecord
 from meshcone.options import Options, parse_options
 from meshcone.quality.validity import inspect
 from meshcone.report import data_checks
@@ -35,9 +36,13 @@ def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
     return mesh.moved_to(mesh.vertices * scale + [x, 0, 0])
 
 
-def data_warnings(source: Mesh, reference: Mesh) -> list[str]:
+def data_warnings(source: Mesh, reference: Mesh) -> list[WarningRecord]:
     found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
     return data_checks.data_warnings(source, reference, found, reference_found)
+
+
+def words(source: Mesh, reference: Mesh) -> list[str]:
+    return [warning.words for warning in data_warnings(source, reference)]
 
 
 def with_faces(*faces: tuple[int, int, int]) -> Mesh:
@@ -78,7 +83,7 @@ PAIRS = [
 
 @pytest.mark.parametrize(("source", "reference", "said"), PAIRS)
 def test_a_failure_of_the_data_is_named(source: Mesh, reference: Mesh, said: str) -> None:
-    assert any(said in sentence for sentence in data_warnings(source, reference))
+    assert any(said in sentence for sentence in words(source, reference))
 
 
 @pytest.mark.parametrize(("source", "reference", "said"), PAIRS)
@@ -92,12 +97,29 @@ def test_a_failure_of_the_data_leaves_finite_positions(
     assert "NaN" not in refined.report.model_dump_json()
 
 
+@pytest.mark.parametrize(
+    ("source", "reference", "code", "side"),
+    [
+        (BALL, HALF, "coverage.extra", "source"),
+        (HALF, BALL, "coverage.missing", "reference"),
+        (moved(BALL, x=30), BALL, "pose.apart", "pair"),
+        (INSIDE_OUT, BALL, "normals.opposed", "pair"),
+        (BALL, FIN, "edges.non_manifold", "reference"),
+        (DOUBLED, BALL, "faces.duplicate", "source"),
+    ],
+)
+def test_a_warning_has_a_code_and_a_side(
+    source: Mesh, reference: Mesh, code: str, side: str
+) -> None:
+    assert (code, side) in {(each.code, each.side) for each in data_warnings(source, reference)}
+
+
 def test_an_isolated_vertex_is_named_and_refined_around() -> None:
     loose = Mesh(np.concatenate([VERTICES, [[9.0, 9.0, 9.0]]]), FACES)
 
     refined = refine(file("source.obj", loose), file("reference.obj", BALL), FAST)
 
-    assert data_warnings(loose, BALL) == ["The source has 1 vertex that no face uses."]
+    assert words(loose, BALL) == ["The source has 1 vertex that no face uses."]
     assert read_asset(refined.name, refined.data).positions[-1].tolist() == [9, 9, 9]
 
 
@@ -126,15 +148,15 @@ def test_flat_meshes_are_compared_along_their_plane() -> None:
     ],
 )
 def test_a_mesh_without_a_surface_is_named_and_nothing_raised(broken: Mesh) -> None:
-    assert data_warnings(broken, BALL) == ["The source holds no surface."]
-    assert data_warnings(BALL, broken) == ["The reference holds no surface."]
+    assert words(broken, BALL) == ["The source holds no surface."]
+    assert words(BALL, broken) == ["The reference holds no surface."]
 
 
 def test_no_defect_is_lost_in_the_reference_frame() -> None:
     frame = Frame.of(moved(BALL, 1000))
     source = Mesh(frame.into(1000 * SLIVER.vertices), SLIVER.faces)
 
-    assert any("without area" in sentence for sentence in data_warnings(source, BALL))
+    assert any("without area" in sentence for sentence in words(source, BALL))
 
 
 def file(name: str, mesh: Mesh) -> MeshFile:

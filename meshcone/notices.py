@@ -1,0 +1,161 @@
+"""Warnings: every code there is, and the record of one.
+
+A warning names something that the work survives and a person should know. Its code is stable,
+so that a gate can bound it and a filter can find it; the words are for people and may change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Side = Literal["source", "reference", "pair", "refined"]
+
+# What reports before ``meshcone.report/2`` say is words alone.
+UNCODED = "uncoded"
+
+
+class Code(StrEnum):
+    """The code of every warning.
+
+    Attributes:
+        meaning: what a warning with this code says, in general.
+    """
+
+    meaning: str
+
+    SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
+    UNITS_OTHER = "units.other", "source and reference differ in size by a factor of 5 or more"
+    POSE_APART = "pose.apart", "the bounding boxes of source and reference hardly overlap"
+    COVERAGE_EXTRA = (
+        "coverage.extra",
+        "a part of the source is far from the reference, which has nothing there",
+    )
+    COVERAGE_MISSING = (
+        "coverage.missing",
+        "a part of the reference is far from the source, which has nothing there",
+    )
+    NORMALS_OPPOSED = "normals.opposed", "the normals of source and reference oppose each other"
+    PIECES_COUNT = "pieces.count", "source and reference are in different numbers of pieces"
+
+    EDGES_NON_MANIFOLD = "edges.non_manifold", "edges where more than two faces meet"
+    EDGES_OPPOSED = "edges.opposed", "edges between faces that turn their outsides apart"
+    FACES_DUPLICATE = "faces.duplicate", "faces with the same corners as another"
+    FACES_CROSSING = "faces.crossing", "pairs of faces that pass through each other"
+    FACES_DEGENERATE = "faces.degenerate", "faces without area"
+    FACES_TOO_FEW_CORNERS = (
+        "faces.too_few_corners",
+        "faces with fewer than three corners, which are ignored",
+    )
+    FACES_CONCAVE = (
+        "faces.concave",
+        "large concave polygons, which are split as if they were convex",
+    )
+    VERTICES_ISOLATED = "vertices.isolated", "vertices that no face uses"
+    TEXCOORDS_UNKNOWN = (
+        "texcoords.unknown",
+        "faces name texture coordinates that the file does not have; the names are ignored",
+    )
+    NORMALS_UNKNOWN = (
+        "normals.unknown",
+        "faces name normals that the file does not have; the names are ignored",
+    )
+    SKIN_BIND_POSE = "skin.bind_pose", "skinned meshes, which are read in their bind pose"
+    MORPH_BASE_SHAPE = (
+        "morph.base_shape",
+        "meshes with morph targets, which are read in their base shape",
+    )
+
+    WRITING_DRACO = "writing.draco", "writing changes what is compressed with Draco"
+    WRITING_SPLIT = "writing.split", "writing gives what several nodes or meshes share to each"
+    WRITING_SELECTED = "writing.selected", "a selection leaves a part of the source as it is"
+    SOLVER_UNFINISHED = (
+        "solver.unfinished",
+        "the solver stopped in a round without meeting its tolerance",
+    )
+    SOLVER_KEPT_INPUT = (
+        "solver.kept_input",
+        "no setting came closer to the reference; the input is returned as it was",
+    )
+    GATES_NONE = "gates.none", "no gate applies to the asset"
+
+    def __new__(cls, value: str, meaning: str) -> Self:
+        """Keep the meaning beside the value."""
+        code = str.__new__(cls, value)
+        code._value_ = value
+        code.meaning = meaning
+        return code
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What a reader or writer has to say of one file.
+
+    Attributes:
+        words: what was found and what came of it, without the file's name.
+        where: the place in the file, such as ``line 5``, if there is one.
+    """
+
+    code: Code
+    words: str
+    where: str | None = None
+
+    def about(self, side: Side, file: str) -> WarningRecord:
+        """The warning of a report, of one of its files."""
+        place = f", {self.where}" if self.where else ""
+        words = f"{side} {file}{place}: {self.words}"
+        return WarningRecord(code=self.code, side=side, where=self.where, words=words)
+
+
+class WarningRecord(BaseModel):
+    """Something to know of a file or of the pair that is no error.
+
+    A plain text, as earlier reports have it, is read as a warning without a code.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    code: str = Field(description="what kind of warning it is; docs/warnings.md lists all")
+    side: Side = Field(description="what it is about")
+    where: str | None = Field(
+        None, description="the line, element, mesh or part it is about; null for all of it"
+    )
+    words: str = Field(description="the warning in one sentence")
+
+    def __str__(self) -> str:
+        return self.words if self.code == UNCODED else f"{self.code}: {self.words}"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_words(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            return {"code": UNCODED, "side": "pair", "words": value}
+        return value
+
+
+def meaning_of(code: str) -> str:
+    """What a code says in general; the code itself where it is none of this version's."""
+    return _MEANINGS.get(code, code)
+
+
+def warning(code: Code, side: Side, words: str, where: str | None = None) -> WarningRecord:
+    """A warning of a known code."""
+    return WarningRecord(code=code, side=side, words=words, where=where)
+
+
+_MEANINGS = {code.value: code.meaning for code in Code}
+_SECTION = "warnings"
+_FAMILIES = sorted({code.partition(".")[0] for code in Code})
+# What gates call a number of warnings: all, those of a family such as normals, those of a code.
+WARNINGS = frozenset([_SECTION, *(f"{_SECTION}.{name}" for name in (*_FAMILIES, *Code))])
+
+
+def warnings_named(warnings: Iterable[WarningRecord], key: str) -> list[WarningRecord]:
+    """The warnings that a gate's name is about; none where it is about something else."""
+    if key not in WARNINGS:
+        return []
+    return [each for each in warnings if f"{_SECTION}.{each.code}.".startswith(f"{key}.")]
