@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
+from meshcone.gates.levels import LevelRules
 from meshcone.gates.paths import Mode, require_known
 from meshcone.gates.rules import GateRule, GateTable
 from meshcone.suggestions import did_you_mean, first_cause
@@ -37,7 +38,7 @@ def _is_table(value: object) -> bool:
     return isinstance(value, Mapping)
 
 
-Rules = Annotated[dict[str, GateRule], BeforeValidator(_joined)]
+Rules = Annotated[dict[str, LevelRules], BeforeValidator(_joined)]
 
 
 class _Section(BaseModel):
@@ -71,14 +72,22 @@ class GateFile(_Section):
         {}, description="what holds for some; where several match, the later one decides"
     )
 
-    def for_asset(self, name: str) -> GateTable:
-        """The gates an asset has to pass, by its name with forward slashes."""
+    def for_asset(self, name: str, level: int | None = None) -> GateTable:
+        """The gates an asset has to pass.
+
+        Args:
+            name: of the asset, with forward slashes.
+            level: of detail, where it is one.
+
+        Raises:
+            InputError: a gate has bounds for levels of detail, but none for this one.
+        """
         rules = dict(self.gates)
         for each in self.classes.values():
             if each.has(name):
                 rules = {key: rule for key, rule in rules.items() if key not in each.without}
                 rules |= each.gates
-        return {key: self._in_unit(rule) for key, rule in rules.items()}
+        return {key: self._in_unit(rule.at(level, key, name)) for key, rule in rules.items()}
 
     def _in_unit(self, rule: GateRule) -> GateRule:
         return rule if rule.unit is not None else rule.model_copy(update={"unit": self.unit})
@@ -117,10 +126,11 @@ def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
     if not any(tables):
         raise InputError("there is no gate in it; gates stand in a table [gates]", file=name)
     try:
-        for table in tables:
-            require_known(table, mode)
-        for each in file.classes.values():
-            _require_held(each.without, file.gates)
+        for key, rule in (rule for table in tables for rule in table.items()):
+            for each in rule.rules:
+                require_known({key: each}, mode)
+        for section in file.classes.values():
+            _require_held(section.without, file.gates)
     except InputError as error:
         raise InputError(error.message, file=name) from None
     return file
@@ -140,7 +150,7 @@ def _first_line(error: Exception) -> str:
     return next(iter(str(error).splitlines()), "it is nested too deeply")
 
 
-def _require_held(without: tuple[str, ...], gates: GateTable) -> None:
+def _require_held(without: tuple[str, ...], gates: Mapping[str, LevelRules]) -> None:
     for key in without:
         if key not in gates:
             raise InputError(
@@ -150,7 +160,7 @@ def _require_held(without: tuple[str, ...], gates: GateTable) -> None:
 
 def _explain(error: ValidationError) -> str:
     first = first_cause(error)
-    *parents, last = (str(part) for part in first["loc"])
+    *parents, last = _written(first["loc"])
     where = f" in '{'.'.join(parents)}'" if parents else ""
     if first["type"] == "extra_forbidden":
         hint = did_you_mean(last, _known_beside(parents))
@@ -160,6 +170,14 @@ def _explain(error: ValidationError) -> str:
     if first["type"] == "model_type" and "gates" in parents:
         return f"'{last}'{where}: must be a table of bounds, such as {{ max = 0.01 }}"
     return f"'{last}'{where}: {first['msg'].removeprefix('Value error, ').lower()}"
+
+
+def _written(place: tuple[int | str, ...]) -> list[str]:
+    """The keys that lead to a place, without what a rule is kept in."""
+    parts = list(map(str, place))
+    if "rules" in parts[2:-1]:
+        del parts[parts.index("rules", 2) : parts.index("rules", 2) + 2]
+    return parts
 
 
 def _known_beside(parents: list[str]) -> Iterator[str]:

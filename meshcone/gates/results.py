@@ -52,6 +52,9 @@ class AssetResult(_Record):
     name: str = Field(description="what globs and reports know it by")
     source: str = Field(description="path, with forward slashes")
     reference: str = Field(description="path, with forward slashes")
+    lod: int | None = Field(
+        None, description="level of detail, 1 for the first below the reference; null if none"
+    )
     seconds: float = Field(description="wall-clock time it took")
     verdict: GateVerdict | None = None
     error: AssetError | None = None
@@ -73,16 +76,18 @@ class GateRun(_Record):
 
     schema_: Literal["meshcone.gate/2"] = Field("meshcone.gate/2", alias="schema")
     version: str
+    label: str | None = Field(None, description="what the run is called")
     verdict: Ending = Field(description="the worst there is: error, fail, not_tested, pass")
     counts: dict[Ending, int] = Field(description="assets by how they ended")
     assets: tuple[AssetResult, ...]
 
     @staticmethod
-    def of(assets: Sequence[AssetResult]) -> GateRun:
+    def of(assets: Sequence[AssetResult], label: str | None = None) -> GateRun:
         """Sum up the results of at least one asset."""
         counts = Counter(asset.ending for asset in assets)
         return GateRun(
             version=version("meshcone"),
+            label=label,
             verdict=next(ending for ending in _WORST_FIRST if counts[ending]),
             counts={ending: counts[ending] for ending in _WORST_FIRST},
             assets=tuple(assets),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from meshcone.errors import ArgumentError, InputError
 from meshcone.gates.files import parse_gate_file, parse_gates
+from meshcone.gates.levels import level_of
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from meshcone.library.keywords import OptionKeywords, options_from, plain
 from meshcone.library.results import Measured, Refined, Verdict
@@ -153,7 +154,7 @@ def gate(
     asset = load_unread(source, "source")
     if name is None:
         name = asset.name if asset.path is None else as_text(asset.path.as_posix())
-    table = _gate_file(gates, mode).for_asset(name)
+    table = _gate_file(gates, mode).for_asset(name, level_of(name))
     resolved = resolved.model_copy(update={"gates": dict(table)})
     held = load_unread(reference, "reference")
     if refine:

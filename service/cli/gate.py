@@ -28,8 +28,8 @@ def command(
         list[Path] | None,
         typer.Argument(
             metavar="SOURCE REFERENCE",
-            help="The mesh and the mesh it should have been. With --manifest: files that "
-            "changed, to gate only the pairs they belong to.",
+            help="The mesh and the mesh it should have been, or a folder of each. With "
+            "--manifest: files that changed, to gate only the pairs they belong to.",
             show_default=False,
         ),
     ] = None,
@@ -38,7 +38,20 @@ def command(
     ] = None,
     manifest: Annotated[
         Path | None,
-        typer.Option(help="List of pairs, as TOML, JSON or CSV.", show_default=False),
+        typer.Option(
+            metavar="FILE|GLOB",
+            help="List of pairs, as TOML, JSON or CSV; or a glob of sources, in quotes.",
+            show_default=False,
+        ),
+    ] = None,
+    reference_pattern: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PATTERN",
+            help="Where the reference of each source of a glob or folder is, such as "
+            "'{stem}_LOD0.glb'.",
+            show_default=False,
+        ),
     ] = None,
     refine: Annotated[
         bool, typer.Option("--refine", help="Gate what refining the source leads to.")
@@ -56,6 +69,14 @@ def command(
         Path | None,
         typer.Option("--html", help="Page to write that shows it all.", show_default=False),
     ] = None,
+    markdown_file: Annotated[
+        Path | None,
+        typer.Option("--markdown", help="Summary to write for a pull request.", show_default=False),
+    ] = None,
+    label: Annotated[
+        str | None,
+        typer.Option(help="What the run is called in reports and jobs.", show_default=False),
+    ] = None,
     server: Annotated[
         str | None,
         typer.Option(metavar="URL", help="MeshCone service to work there.", show_default=False),
@@ -66,19 +87,30 @@ def command(
     ] = None,
     assignments: Assignments = None,
 ) -> int:
-    """Hold SOURCE against REFERENCE, or all pairs of a manifest, and give a verdict.
+    """Hold SOURCE against REFERENCE, or all pairs of a manifest or folder, and give a verdict.
 
     Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
     not be used, 3 after a fault of MeshCone's own.
     """
-    outputs = {"json": json_file, "junit": junit_file, "sarif": sarif_file, "html": html_file}
+    from service.gating.matching import pairs_to_gate
+
+    outputs = {
+        "json": json_file,
+        "junit": junit_file,
+        "sarif": sarif_file,
+        "html": html_file,
+        "markdown": markdown_file,
+    }
     wanted = {name: path for name, path in outputs.items() if path is not None}
     require_places(wanted.values(), [path for path in (gates, manifest) if path is not None])
+    _require_label(label)
     if gates is None:
         raise InputError("--gates is missing: name the file with the gates to pass")
-    pairs = _pairs(paths or [], manifest, always={gates})
+    pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always={gates})
     require_places(wanted.values(), (file for pair in pairs for file in pair.files()))
-    work = _jobs(pairs, gates, assignments, "refine" if refine else "measure", "html" in wanted)
+    work = _jobs(
+        pairs, gates, assignments, "refine" if refine else "measure", "html" in wanted, label
+    )
     if not work:
         typer.echo("no pair has one of these files")
         return 0
@@ -88,23 +120,20 @@ def command(
     return _exit_code(run)
 
 
-def _pairs(paths: list[Path], manifest: Path | None, always: set[Path]) -> list[Pair]:
-    from service.gating.pairs import read_manifest, single_pair
+def _require_label(label: str | None) -> None:
+    from service.api.schemas import LABEL_LENGTH
 
-    if manifest is None:
-        if len(paths) != 2:  # a source and a reference
-            raise InputError("expected SOURCE and REFERENCE, or --manifest")
-        return [single_pair(*paths)]
-    pairs = read_manifest(manifest)
-    if not paths or not {path.resolve() for path in always | {manifest}}.isdisjoint(
-        path.resolve() for path in paths
-    ):
-        return pairs
-    return [pair for pair in pairs if pair.has(paths)]
+    if label is not None and not (label.isprintable() and 0 < len(label) <= LABEL_LENGTH):
+        raise InputError(f"--label must be one line of up to {LABEL_LENGTH} characters")
 
 
 def _jobs(
-    pairs: list[Pair], gates: Path, assignments: list[str] | None, mode: Mode, viewed: bool
+    pairs: list[Pair],
+    gates: Path,
+    assignments: list[str] | None,
+    mode: Mode,
+    viewed: bool,
+    label: str | None,
 ) -> list[GateJob]:
     from meshcone.gates.files import parse_gate_file
     from service.gating.job import GateJob
@@ -114,9 +143,10 @@ def _jobs(
         raise InputError("'mode' and 'gates' are set by --refine and --gates here")
     options = options.model_copy(update={"mode": mode})
     file = parse_gate_file(gates.name, read_bytes(gates), mode)
+    tables = [dict(file.for_asset(pair.name, pair.level)) for pair in pairs]
     return [
-        GateJob(pair, options.model_copy(update={"gates": dict(file.for_asset(pair.name))}), viewed)
-        for pair in pairs
+        GateJob(pair, options.model_copy(update={"gates": table}), viewed, label)
+        for pair, table in zip(pairs, tables, strict=True)
     ]
 
 
@@ -141,6 +171,7 @@ def _keeper(server: str | None, mode: Mode) -> Gatekeeper:
 
 def _written(form: str, run: GateRun) -> bytes:
     from meshcone.gates.formats.junit import to_junit
+    from meshcone.gates.formats.markdown import to_markdown
     from meshcone.gates.formats.sarif import to_sarif
 
     if form == "json":
@@ -149,6 +180,8 @@ def _written(form: str, run: GateRun) -> bytes:
         from service.html_report.document import html_of_run
 
         return html_of_run(run)
+    if form == "markdown":
+        return to_markdown(run)
     return to_junit(run) if form == "junit" else to_sarif(run)
 
 

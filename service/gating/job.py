@@ -22,11 +22,13 @@ class GateJob:
 
     Attributes:
         viewed: whether the result is to carry what a page shows of it.
+        label: what the run is called, if anything.
     """
 
     pair: Pair
     options: Options
     viewed: bool = False
+    label: str | None = None
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
         name=job.pair.name,
         source=shown(job.pair.source),
         reference=shown(job.pair.reference),
+        lod=job.pair.level,
         seconds=time.monotonic() - started,
         verdict=judgement.verdict if judgement else None,
         error=error,
@@ -100,4 +103,4 @@ def run_jobs(
             threads.shutdown(wait=False, cancel_futures=True)
             keeper.stop()
             raise
-        return GateRun.of([future.result() for future in futures])
+        return GateRun.of([future.result() for future in futures], jobs[0].label)

@@ -7,14 +7,15 @@ import io
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from meshcone.errors import InputError
+from meshcone.gates.levels import level_of
 from meshcone.local_files import files_of, read_bytes
 from meshcone.suggestions import did_you_mean, first_cause
 from meshcone.text import as_text
@@ -27,11 +28,14 @@ class Pair:
     Attributes:
         name: what globs and reports know it by; its path, unless a manifest says otherwise.
         source, reference: where the files are.
+        level: of detail, 1 for the first below the reference; None where it is none. Levels
+            with the same reference are a chain.
     """
 
     name: str
     source: Path
     reference: Path
+    level: int | None = None
 
     def has(self, files: Iterable[Path]) -> bool:
         """Whether one of these files is its source, its reference or one that they name."""
@@ -45,7 +49,7 @@ class Pair:
 
 def single_pair(source: Path, reference: Path) -> Pair:
     """A pair given on the command line."""
-    return Pair(as_text(source.as_posix()), source, reference)
+    return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
 
 
 def shown(path: Path) -> str:
@@ -56,21 +60,38 @@ def shown(path: Path) -> str:
     return as_text(path.as_posix())
 
 
+MOST_LEVELS = 99
+_Path = Annotated[str, Field(min_length=1)]
+
+
 class _Entry(BaseModel):
-    """One pair of a manifest; paths are relative to the manifest."""
+    """One pair of a manifest, or a chain; paths are relative to the manifest."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    source: str = Field(min_length=1)
-    reference: str = Field(min_length=1)
+    source: _Path | None = None
+    reference: _Path
     name: str | None = Field(None, min_length=1, max_length=200)
+    lod: Annotated[int, Field(ge=1, le=MOST_LEVELS)] | list[_Path] | None = None
+
+    @model_validator(mode="after")
+    def _is_pair_or_chain(self) -> _Entry:
+        if isinstance(self.lod, list):
+            if self.source is not None:
+                raise ValueError("a list 'lod' names the sources: leave 'source' away")
+            if not 1 <= len(self.lod) <= MOST_LEVELS:
+                raise ValueError(f"'lod' lists 1 to {MOST_LEVELS} files")
+        elif self.source is None:
+            raise ValueError("'source' is missing")
+        return self
 
 
 def read_manifest(path: Path) -> list[Pair]:
     """Read a list of pairs: JSON or CSV if the name ends so, else TOML.
 
-    JSON is ``[{"source": …, "reference": …, "name": …}]`` or such a list under ``pairs``;
-    TOML has tables ``[[pairs]]``; CSV has a column for each.
+    JSON is ``[{"source": …, "reference": …, "name": …, "lod": …}]`` or such a list under
+    ``pairs``; TOML has tables ``[[pairs]]``; CSV has a column for each. ``lod`` is the level of
+    detail that a source is, or the list of all its reference has, in place of ``source``.
 
     Raises:
         InputError: it cannot be read, lists nothing, or two of its pairs have the same name.
@@ -83,7 +104,11 @@ def read_manifest(path: Path) -> list[Pair]:
         raise InputError(f"is no valid {kind}: {reason}", file=str(path)) from None
     if not isinstance(entries, list) or not entries:
         raise InputError("lists no pairs; see `pairs` in docs/ci.md", file=str(path))
-    pairs = [_pair(path, number, entry) for number, entry in enumerate(entries, start=1)]
+    pairs = [
+        pair
+        for number, entry in enumerate(entries, start=1)
+        for pair in _pairs(path, _checked(path, number, entry))
+    ]
     _require_distinct(path, pairs)
     return pairs
 
@@ -103,29 +128,48 @@ def _entries(path: Path, text: str) -> Any:
     return document.get("pairs")
 
 
-def _pair(path: Path, number: int, entry: Any) -> Pair:
+def _checked(path: Path, number: int, entry: Any) -> _Entry:
     try:
-        if isinstance(entry, dict):  # an empty cell of a table is no name
-            entry = {key: value for key, value in entry.items() if (key, value) != ("name", "")}
-        checked = _Entry.model_validate(entry)
+        if isinstance(entry, dict):  # an empty cell of a table is no value
+            entry = {
+                key: value
+                for key, value in entry.items()
+                if key not in ("name", "lod") or value != ""
+            }
+            if path.suffix.lower() == ".csv" and str(entry.get("lod", "")).isdecimal():
+                entry["lod"] = int(entry["lod"])
+        return _Entry.model_validate(entry)
     except ValidationError as error:
         message = _explain(error)
         raise InputError(message, file=str(path), place=f"pair {number}") from None
-    source = Path(checked.source)
-    return Pair(
-        checked.name or as_text(source.as_posix()),
-        path.parent / source,
-        path.parent / checked.reference,
-    )
+
+
+def _pairs(path: Path, entry: _Entry) -> Iterator[Pair]:
+    """The pair an entry is, or those of its chain."""
+    if isinstance(entry.lod, list):
+        for number, source in enumerate(entry.lod, start=1):
+            yield _pair(path, entry, source, number, f"_LOD{number}")
+    elif entry.source is not None:
+        level = level_of(entry.source) if entry.lod is None else entry.lod
+        yield _pair(path, entry, entry.source, level)
+
+
+def _pair(path: Path, entry: _Entry, source: str, level: int | None, ending: str = "") -> Pair:
+    name = as_text(Path(source).as_posix()) if entry.name is None else entry.name + ending
+    return Pair(name, path.parent / source, path.parent / entry.reference, level)
 
 
 def _explain(error: ValidationError) -> str:
     first = first_cause(error)
+    if first["type"] == "value_error":
+        return first["msg"].removeprefix("Value error, ")
     if not first["loc"]:
         return "expected a source and a reference"
     key = str(first["loc"][0])
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'{did_you_mean(key, _Entry.model_fields)}"
+    if key == "lod":
+        return f"'lod': expected a level from 1 to {MOST_LEVELS}, or a list of files"
     return f"'{key}': {first['msg'].lower()}"
 
 

@@ -52,8 +52,9 @@ class RemoteGatekeeper:
         source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
         reference = read_local(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
-        label = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
-        sent = self._client.submit(source, reference, document, labels=[label])
+        name = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
+        labels = [name] if job.label is None else [job.label, name]
+        sent = self._client.submit(source, reference, document, labels=labels)
         waited = 0.0
         while not self._stopped.is_set() and waited < JOB_TIMEOUT:
             try:

@@ -79,7 +79,10 @@ def html_report(title: str, assets: Sequence[ReportedAsset]) -> bytes:
 def html_of_run(run: GateRun) -> bytes:
     """All assets of a run as one HTML file; what a page shows of each was asked for."""
     only = run.assets[0].name if len(run.assets) == 1 else f"{len(run.assets)} assets"
-    return html_report(f"{only}: {run.verdict.replace('_', ' ')}", list(map(_reported, run.assets)))
+    title = f"{only}: {run.verdict.replace('_', ' ')}"
+    if run.label is not None:
+        title = f"{run.label}: {title}"
+    return html_report(title, list(map(_reported, run.assets)))
 
 
 def _reported(asset: AssetResult) -> ReportedAsset:

@@ -8,12 +8,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import jsonschema
 import junitparser
 import pytest
 import xmlschema
 
 from service.stack import Stack
+from tests import shapes
 from tests.gate_assets import PAIRS, make_assets
 from tests.unit.gates.sarif_schema import LOG
 
@@ -170,6 +172,57 @@ def test_only_pairs_with_a_changed_file_are_gated(assets: Path) -> None:
     assert (none.returncode, none.stdout) == (0, "no pair has one of these files\n")
 
 
+def test_a_chain_is_gated_level_by_level(tmp_path: Path) -> None:
+    for level, detail in enumerate((4, 3, 2, 1)):
+        ball = shapes.obj(*shapes.sphere(detail))
+        (tmp_path / f"ball_LOD{level}.obj").write_bytes(ball)
+    (tmp_path / "gates.toml").write_text("gates.inputs.source.faces = { max = [512, 128, 31] }")
+
+    finished = gate(
+        tmp_path,
+        *("--manifest", "*_LOD[1-9].obj", "--reference-pattern", "{stem}_LOD0.obj"),
+        *("--gates", "gates.toml", "--json", "gate.json", "--markdown", "gate.md", *QUICK),
+        *("--label", "nightly"),
+    )
+
+    document = json.loads((tmp_path / "gate.json").read_text())
+    assert (finished.returncode, finished.stderr) == (1, "")
+    assert document["label"] == "nightly"
+    assert {
+        (asset["lod"], asset["source"], asset["reference"], asset["verdict"]["verdict"])
+        for asset in document["assets"]
+    } == {
+        (1, "ball_LOD1.obj", "ball_LOD0.obj", "pass"),
+        (2, "ball_LOD2.obj", "ball_LOD0.obj", "pass"),
+        (3, "ball_LOD3.obj", "ball_LOD0.obj", "fail"),
+    }
+    [row] = [each for each in (tmp_path / "gate.md").read_text().splitlines() if "| ❌" in each]
+    assert "ball_LOD3.obj" in row
+    assert "32, allowed 31" in row
+
+
+def test_a_folder_is_gated_against_a_folder(assets: Path) -> None:
+    (assets / "masters" / "closed_08.obj").rename(assets / "masters" / "lost.obj")
+
+    finished = gate(
+        assets,
+        *("props", "masters", "--gates", "gates.toml", "--junit", "gate.xml", *QUICK),
+    )
+
+    assert finished.returncode == 2
+    assert "21 assets: 2 ERROR, 3 FAILED, 16 pass" in finished.stdout
+    assert "meshcone: props/lost.obj: " in finished.stderr
+
+
+def test_jobs_of_a_labelled_run_are_found_by_its_label(assets: Path, stack: Stack) -> None:
+    pair = ("props/closed_05.obj", "masters/closed_05.obj")
+
+    gate(assets, *pair, "--gates", "gates.toml", "--server", stack.url, "--label", "branch 7")
+
+    [job] = httpx2.get(f"{stack.url}/v1/jobs", params={"label": "branch 7"}).json()["jobs"]
+    assert job["labels"] == ["branch 7", "props/closed_05.obj"]
+
+
 def test_changed_gates_concern_every_pair(assets: Path) -> None:
     finished = gate_all(assets, *QUICK, "gates.toml")
 
@@ -199,6 +252,14 @@ def test_an_asset_without_gates_has_not_passed(assets: Path) -> None:
             "nowhere/x.xml: cannot be written",
         ),
         (
+            ("a.obj", "b.obj", "--gates", "gates.toml", "--label", "a\nb"),
+            "--label must be one line",
+        ),
+        (
+            ("a.obj", "b.obj", "--gates", "levels.toml"),
+            "gate 'emd' has a bound for each level of detail, but 'a.obj' is none",
+        ),
+        (
             ("a.obj", "b.obj", "--gates", "gates.toml", "--set", "mode=refine"),
             "'mode' and 'gates' are set by --refine and --gates here",
         ),
@@ -216,6 +277,7 @@ def test_what_cannot_be_gated_is_told_in_one_line(
     assets: Path, arguments: tuple[str, ...], said: str
 ) -> None:
     (assets / "bad.toml").write_text("gates.fscor.min = 1")
+    (assets / "levels.toml").write_text("gates.emd.max = [1, 2]")
 
     finished = gate(assets, *arguments)
 

@@ -56,7 +56,13 @@ def test_the_actions_inputs_are_those_it_uses_and_those_that_are_documented(acti
 
 
 @pytest.mark.parametrize(
-    "inputs", [{"source": "-ball.obj", "reference": "b.obj"}, {"manifest": "m"}]
+    "inputs",
+    [
+        {"source": "-ball.obj", "reference": "b.obj"},
+        {"manifest": "m"},
+        {"manifest": "-ball.*", "reference-pattern": "b.obj", "label": "-x"},
+        {"source": ".", "reference-pattern": "b.obj"},
+    ],
 )
 def test_the_action_gates_what_its_inputs_name(
     action: Any, tmp_path: Path, inputs: dict[str, str]
@@ -66,17 +72,44 @@ def test_the_action_gates_what_its_inputs_name(
         (tmp_path / name).write_bytes(ball)
     (tmp_path / "g.toml").write_text("gates.'validity.watertight'.equals = true")
     (tmp_path / "m").write_text('[[pairs]]\nsource = "-ball.obj"\nreference = "b.obj"')
-    # What the step before installs there, here this checkout.
-    program = tmp_path / "meshcone" / "bin" / "meshcone"
-    program.parent.mkdir(parents=True)
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m service.cli "$@"\n')
-    program.chmod(0o755)
+    install_this_checkout(tmp_path)
 
     finished = run_step(action, tmp_path, {"gates": "g.toml", "jobs": "1", **inputs})
 
     assert (finished.returncode, finished.stderr) == (0, "")
     written = {path.name for path in tmp_path.glob("meshcone-gate.*")}
-    assert written == {f"meshcone-gate.{form}" for form in ("json", "xml", "sarif", "html")}
+    assert written == {f"meshcone-gate.{form}" for form in ("json", "xml", "sarif", "html", "md")}
+    assert (tmp_path / "summary").read_text() == (tmp_path / "meshcone-gate.md").read_text()
+
+
+def test_the_action_shows_its_summary_where_an_asset_fails(action: Any, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_bytes(shapes.obj(*shapes.sphere(1)))
+    (tmp_path / "g.toml").write_text("gates.'validity.watertight'.equals = false")
+    install_this_checkout(tmp_path)
+
+    pair = {"source": "a.obj", "reference": "a.obj"}
+    finished = run_step(action, tmp_path, {"gates": "g.toml", "jobs": "1", **pair})
+
+    assert finished.returncode == 1
+    assert "FAILED" in (tmp_path / "summary").read_text()
+
+
+def test_the_action_shows_no_summary_of_an_earlier_run(action: Any, tmp_path: Path) -> None:
+    (tmp_path / "meshcone-gate.md").write_text("all is well")
+    install_this_checkout(tmp_path)
+
+    finished = run_step(action, tmp_path, {"gates": "nowhere.toml", "source": "a.obj"})
+
+    assert finished.returncode == 2
+    assert not (tmp_path / "summary").exists()
+
+
+def install_this_checkout(directory: Path) -> None:
+    """Put a program where the step before the last installs it."""
+    program = directory / "meshcone" / "bin" / "meshcone"
+    program.parent.mkdir(parents=True)
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m service.cli "$@"\n')
+    program.chmod(0o755)
 
 
 def run_step(
@@ -93,7 +126,12 @@ def run_step(
     return subprocess.run(
         ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
         cwd=directory,
-        env={**os.environ, **variables, "RUNNER_TEMP": str(directory)},
+        env={
+            **os.environ,
+            **variables,
+            "RUNNER_TEMP": str(directory),
+            "GITHUB_STEP_SUMMARY": str(directory / "summary"),
+        },
         capture_output=True,
         text=True,
         check=False,
@@ -122,18 +160,29 @@ def test_the_example_workflows_are_valid(marker: str, schema: str) -> None:
 
 @pytest.mark.parametrize("language", ["csv", "toml"])
 def test_the_example_manifests_are_read(tmp_path: Path, language: str) -> None:
-    [example] = examples("ci.md", language)
+    example = examples("ci.md", language)[0]
     (tmp_path / f"pairs.{language}").write_text(example)
 
     assert read_manifest(tmp_path / f"pairs.{language}")[0].name == "props/barrel.glb"
 
 
-def test_the_example_gates_are_read() -> None:
-    [example] = examples("gates.md", "toml")
+def test_the_example_chain_is_read(tmp_path: Path) -> None:
+    [example] = [text for text in examples("ci.md", "toml") if "lod" in text]
+    (tmp_path / "pairs.toml").write_text(example)
 
-    file = parse_gate_file("gates.toml", example.encode(), "measure")
+    levels = {pair.name: pair.level for pair in read_manifest(tmp_path / "pairs.toml")}
+
+    assert levels == {"props/rock_LOD1.glb": 1, "props/rock_LOD2.glb": 2}
+
+
+def test_the_example_gates_are_read() -> None:
+    whole, levels = examples("gates.md", "toml")
+
+    file = parse_gate_file("gates.toml", whole.encode(), "measure")
+    by_level = parse_gate_file("gates.toml", levels.encode(), "measure")
 
     assert "point_to_surface.max" in file.for_asset("hero_knight.glb")
+    assert by_level.for_asset("rock_LOD2.glb", 2)["inputs.source.faces"].max == 5_000
 
 
 def test_the_example_options_of_a_job_are_valid() -> None:

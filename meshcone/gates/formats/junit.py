@@ -19,7 +19,8 @@ def to_junit(run: GateRun) -> bytes:
     not be used, is an ``error``. A warning leaves its test case passed, with a note; one that
     could not be tested is ``skipped``. What the report warns of is the output of the suite.
     """
-    suites = ET.Element("testsuites", {"name": "meshcone gate"})
+    name = "meshcone gate" if run.label is None else f"meshcone gate: {run.label}"
+    suites = ET.Element("testsuites", {"name": _printable(name)})
     for asset in run.assets:
         _add_suite(suites, asset)
     for count in ("tests", "failures", "errors"):

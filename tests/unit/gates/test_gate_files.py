@@ -87,7 +87,7 @@ def test_json_says_the_same() -> None:
 
     file = parse_gate_file("gates.json", text.encode(), "measure")
 
-    assert file.gates["point_to_surface.p95"].max == 0.002
+    assert file.for_asset("a.obj")["point_to_surface.p95"].max == 0.002
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,15 @@ def test_paths_are_relative_to_the_manifest(tmp_path: Path, name: str, text: str
         ("pairs.csv", "source,reference\na\n", "pair 1: 'reference'"),
         ("pairs.csv", "source,reference\na,b,c\n", "unknown key 'further columns'"),
         ("pairs.csv", "source,reference\na,b\na,c\n", "2 pairs are called 'a'"),
+        ("pairs.csv", "source,reference,lod\na,b,x\n", "expected a level from 1 to 99"),
+        ("pairs.csv", "source,reference,lod\na,b,0\n", "expected a level from 1 to 99"),
+        ("pairs.toml", "[[pairs]]\nreference = 'a'", "pair 1: 'source' is missing"),
+        ("pairs.toml", "[[pairs]]\nreference = 'a'\nlod = []", "'lod' lists 1 to 99 files"),
+        (
+            "pairs.toml",
+            "[[pairs]]\nsource = 'b'\nreference = 'a'\nlod = ['c']",
+            "leave 'source' away",
+        ),
     ],
 )
 def test_what_is_no_list_of_pairs_is_refused(
@@ -78,6 +87,45 @@ def test_what_is_no_list_of_pairs_is_refused(
         read_manifest(tmp_path / name)
 
     assert said in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("pairs.csv", "source,reference,lod\na.glb,r.glb,1\nb.glb,r.glb,2\nc.glb,r.glb,\n"),
+        (
+            "pairs.toml",
+            '[[pairs]]\nreference = "r.glb"\nlod = ["a.glb", "b.glb"]\n'
+            '[[pairs]]\nsource = "c.glb"\nreference = "r.glb"\n',
+        ),
+    ],
+)
+def test_a_manifest_says_which_level_of_detail_a_source_is(
+    tmp_path: Path, name: str, text: str
+) -> None:
+    (tmp_path / name).write_text(text)
+
+    levels = {pair.name: pair.level for pair in read_manifest(tmp_path / name)}
+
+    assert levels == {"a.glb": 1, "b.glb": 2, "c.glb": None}
+
+
+def test_a_named_chain_names_its_levels(tmp_path: Path) -> None:
+    (tmp_path / "pairs.toml").write_text(
+        '[[pairs]]\nname = "rock"\nreference = "r.glb"\nlod = ["far.glb", "farther.glb"]\n'
+    )
+
+    names = [pair.name for pair in read_manifest(tmp_path / "pairs.toml")]
+
+    assert names == ["rock_LOD1", "rock_LOD2"]
+
+
+def test_a_level_can_be_read_off_the_name_of_a_source(tmp_path: Path) -> None:
+    (tmp_path / "pairs.csv").write_text("source,reference\na_LOD2.glb,r.glb\n")
+
+    [pair] = read_manifest(tmp_path / "pairs.csv")
+
+    assert pair.level == 2
 
 
 def test_a_manifest_that_is_no_text_is_refused(tmp_path: Path) -> None:

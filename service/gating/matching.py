@@ -1,0 +1,215 @@
+"""Which pairs a command line asks for: those it lists, or finds by the names of files.
+
+A pattern says where the reference of a source is, relative to the source's folder. In it,
+``{stem}`` is the source's name without extension and level of detail, ``{name}`` the name
+without extension, ``{lod}`` the level and ``{ext}`` the extension: of ``rock_LOD2.glb`` these are
+``rock``, ``rock_LOD2``, ``2`` and ``glb``.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from string import Formatter
+
+from meshcone.errors import InputError
+from meshcone.gates.levels import level_of, split_level
+from meshcone.suggestions import did_you_mean
+from meshcone.text import as_text
+from service.gating.pairs import Pair, read_manifest, single_pair
+
+MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
+_PLACES = ("stem", "name", "lod", "ext")
+
+
+class ReferencePattern:
+    """Where the reference of a source is, by the source's name."""
+
+    def __init__(self, text: str) -> None:
+        """Read a pattern.
+
+        Raises:
+            InputError: it names what does not exist.
+        """
+        self._text = text
+        try:
+            parts = list(Formatter().parse(text))
+        except ValueError as error:
+            raise self._wrong(str(error).lower()) from None
+        for _, place, form, conversion in parts:
+            if place is None:
+                continue
+            if place not in _PLACES:
+                raise self._wrong(f"unknown '{{{place}}}'{did_you_mean(place, _PLACES)}")
+            if form or conversion:
+                raise self._wrong(f"'{{{place}}}' stands alone between its braces")
+        if not text or "\0" in text:
+            raise self._wrong("it names no file")
+        self._places = {place for _, place, _, _ in parts}
+
+    def reference_of(self, source: Path, folder: Path | None = None) -> Path:
+        """Where the reference of a source is.
+
+        Args:
+            source: the file.
+            folder: what the pattern is relative to; by default the source's folder.
+
+        Raises:
+            InputError: the pattern needs a level of detail, which the source's name has not.
+        """
+        stem, level = split_level(source.stem)
+        if level is None and any(
+            place == "lod" for _, place, _, _ in Formatter().parse(self._text)
+        ):
+            raise InputError(
+                f"--reference-pattern '{self._text}' has {{lod}}, but the name has no level of "
+                "detail, such as _LOD1, at its end",
+                file=str(source),
+            )
+        name = self._text.format(
+            stem=stem, name=source.stem, lod=level, ext=source.suffix.removeprefix(".")
+        )
+        return (source.parent if folder is None else folder) / name
+
+    def _wrong(self, why: str) -> InputError:
+        return InputError(f"--reference-pattern '{self._text}': {why}")
+
+
+def pairs_to_gate(
+    paths: list[Path], manifest: Path | None, pattern: str | None, always: set[Path]
+) -> list[Pair]:
+    """The pairs that a command line asks for.
+
+    Args:
+        paths: two files; two folders; a folder, with a pattern; or, with a manifest, files
+            that changed, to keep only the pairs they belong to.
+        manifest: a file that lists pairs, or a glob of sources, with a pattern.
+        pattern: where references are.
+        always: files that concern every pair if they are among ``paths``.
+
+    Raises:
+        InputError: the arguments do not fit each other, or no mesh is found.
+    """
+    references = None if pattern is None else ReferencePattern(pattern)
+    if manifest is None:
+        return _given(paths, references)
+    if not _is_glob(manifest):
+        if references is not None:
+            raise InputError(
+                "--reference-pattern is for folders and for a glob as --manifest: put the glob "
+                "in quotes, or the shell replaces it by what it finds"
+            )
+        pairs = read_manifest(manifest)
+        always = always | {manifest}
+    elif references is None:
+        raise InputError("a glob as --manifest needs --reference-pattern '{stem}_LOD0.glb', say")
+    else:
+        pairs = pairs_of_glob(manifest, references)
+    if not paths or not {path.resolve() for path in always}.isdisjoint(
+        path.resolve() for path in paths
+    ):
+        return pairs
+    return [pair for pair in pairs if pair.has(paths)]
+
+
+def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]:
+    """The pairs of two files, of two folders, or of a folder whose references a pattern names."""
+    folders = [path.is_dir() for path in paths]
+    if folders == [True, True]:
+        return pairs_of_folders(paths[0], paths[1], references)
+    if folders == [True] and references is not None:
+        return pairs_of_folder(paths[0], references)
+    if any(folders):
+        raise InputError("expected two folders, or one and --reference-pattern")
+    if references is not None:
+        raise InputError("--reference-pattern is for folders and for a glob as --manifest")
+    if len(paths) != 2:  # a source and a reference
+        raise InputError("expected SOURCE and REFERENCE, or --manifest")
+    return [single_pair(*paths)]
+
+
+def _is_glob(path: Path) -> bool:
+    """Whether a path stands for many: it has a wildcard, and no file is called so."""
+    return glob.has_magic(str(path)) and not path.exists()
+
+
+def pairs_of_glob(pattern: Path, references: ReferencePattern) -> list[Pair]:
+    """Every file that a glob finds and its reference; ``**`` is any number of folders.
+
+    A file that the pattern calls its own reference is one, and no source.
+
+    Raises:
+        InputError: no file is found, or none that has a reference beside itself.
+    """
+    names = glob.glob(str(pattern), recursive=True)  # noqa: PTH207 - Path's finds hidden ones
+    found = sorted(map(Path, names))
+    return _paired(str(pattern), [each for each in found if each.is_file()], references)
+
+
+def pairs_of_folder(folder: Path, references: ReferencePattern) -> list[Pair]:
+    """Every mesh in and below a folder, and its reference.
+
+    Raises:
+        InputError: as :func:`pairs_of_glob`.
+    """
+    return _paired(str(folder), [folder / each for each in _meshes(folder)], references)
+
+
+def pairs_of_folders(
+    sources: Path, references: Path, pattern: ReferencePattern | None = None
+) -> list[Pair]:
+    """Every mesh of one folder and its reference in another, in the same place below it.
+
+    Without a pattern the two have the same name, and a mesh that only the folder of references
+    has makes a pair too, whose source is missing: it has to be noticed.
+
+    Raises:
+        InputError: there is no mesh in them.
+    """
+    own = _meshes(sources)
+    if pattern is None:
+        own = sorted({*own, *_meshes(references)})
+    if not own:
+        raise InputError(f"has no mesh in it: looked for {_suffixes()}", file=str(sources))
+    return [
+        _pair(
+            sources / each,
+            references / each
+            if pattern is None
+            else pattern.reference_of(sources / each, references / each.parent),
+        )
+        for each in own
+    ]
+
+
+def _paired(where: str, sources: Iterable[Path], references: ReferencePattern) -> list[Pair]:
+    found = [(source, references.reference_of(source)) for source in sources]
+    if not found:
+        raise InputError("finds no mesh", file=where)
+    pairs = [_pair(*pair) for pair in found if pair[0].resolve() != pair[1].resolve()]
+    if not pairs:
+        raise InputError("each mesh here is its own reference by the pattern", file=where)
+    return pairs
+
+
+def _pair(source: Path, reference: Path) -> Pair:
+    return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
+
+
+def _meshes(folder: Path) -> list[Path]:
+    """All below a folder, relative to it, but for what is hidden."""
+    return sorted(_walk(folder))
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for place, folders, names in os.walk(folder):
+        folders[:] = [each for each in folders if not each.startswith(".")]
+        for name in names:
+            if not name.startswith(".") and Path(name).suffix.lower() in MESHES:
+                yield (Path(place) / name).relative_to(folder)
+
+
+def _suffixes() -> str:
+    return ", ".join(sorted(MESHES))

@@ -1,0 +1,194 @@
+"""Pairs found by the names of files: globs, folders, levels of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from meshcone.errors import InputError
+from service.gating.matching import ReferencePattern, pairs_to_gate
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty directory to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def make(*names: str) -> None:
+    for name in names:
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).touch()
+
+
+def found(
+    *paths: str, manifest: str | None = None, pattern: str | None = None, always: Iterable[str] = ()
+) -> list[tuple[str, str, int | None]]:
+    pairs = pairs_to_gate(
+        list(map(Path, paths)),
+        None if manifest is None else Path(manifest),
+        pattern,
+        set(map(Path, always)),
+    )
+    return [(pair.name, pair.reference.as_posix(), pair.level) for pair in pairs]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "reference"),
+    [
+        ("{stem}_LOD0.glb", "props/rock_LOD0.glb"),
+        ("{stem}.{ext}", "props/rock.gltf"),
+        ("{name}.obj", "props/rock_LOD2.obj"),
+        ("../masters/{stem}/{lod}.obj", "props/../masters/rock/2.obj"),
+        ("one for all.obj", "props/one for all.obj"),
+        ("{{{stem}}}.obj", "props/{rock}.obj"),
+        ("/library/{stem}.obj", "/library/rock.obj"),
+    ],
+)
+def test_a_pattern_names_the_reference_of_a_source(pattern: str, reference: str) -> None:
+    source = Path("props/rock_LOD2.gltf")
+
+    assert ReferencePattern(pattern).reference_of(source).as_posix() == reference
+
+
+@pytest.mark.parametrize(
+    ("pattern", "said"),
+    [
+        ("{stm}.glb", "unknown '{stm}'; did you mean 'stem'?"),
+        ("{}.glb", "unknown '{}'"),
+        ("{0}.glb", "unknown '{0}'"),
+        ("{stem.parent}.glb", "unknown '{stem.parent}'"),
+        ("{stem:>9}.glb", "stands alone between its braces"),
+        ("{stem!r}.glb", "stands alone between its braces"),
+        ("{stem.glb", "'}'"),
+        ("stem}.glb", "'}'"),
+        ("", "names no file"),
+    ],
+)
+def test_a_pattern_that_means_nothing_is_refused(pattern: str, said: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        ReferencePattern(pattern)
+
+    assert said in refusal.value.message
+
+
+def test_a_pattern_with_a_level_refuses_a_name_without_one() -> None:
+    with pytest.raises(InputError, match=r"rock\.glb: .* no level of detail"):
+        ReferencePattern("{stem}{lod}.glb").reference_of(Path("rock.glb"))
+
+
+@pytest.mark.usefixtures("here")
+def test_a_glob_finds_the_levels_of_every_chain() -> None:
+    make(*(f"assets/{name}_LOD{level}.glb" for name in ("b", "x/a") for level in (0, 1, 2)))
+    make("assets/c.glb", "elsewhere/d_LOD1.glb")
+
+    assert found(manifest="assets/**/*_LOD[1-9].glb", pattern="{stem}_LOD0.glb") == [
+        ("assets/b_LOD1.glb", "assets/b_LOD0.glb", 1),
+        ("assets/b_LOD2.glb", "assets/b_LOD0.glb", 2),
+        ("assets/x/a_LOD1.glb", "assets/x/a_LOD0.glb", 1),
+        ("assets/x/a_LOD2.glb", "assets/x/a_LOD0.glb", 2),
+    ]
+
+
+@pytest.mark.usefixtures("here")
+def test_a_file_that_is_its_own_reference_is_no_source() -> None:
+    make("a_LOD0.glb", "a_LOD1.glb", "b_LOD0.glb")
+
+    assert found(manifest="*.glb", pattern="{stem}_LOD0.glb") == [
+        ("a_LOD1.glb", "a_LOD0.glb", 1),
+    ]
+
+
+@pytest.mark.usefixtures("here")
+def test_a_source_whose_reference_is_missing_is_a_pair_all_the_same() -> None:
+    make("a_LOD1.glb")
+
+    assert found(manifest="*.glb", pattern="{stem}_LOD0.glb") == [("a_LOD1.glb", "a_LOD0.glb", 1)]
+
+
+@pytest.mark.usefixtures("here")
+def test_a_folder_is_searched_where_a_pattern_names_the_references() -> None:
+    make("a_LOD0.obj", "a_LOD1.obj", "x/b_LOD0.obj", "x/b_LOD1.obj", "x/notes.txt")
+
+    assert found(".", pattern="{stem}_LOD0.{ext}") == [
+        ("a_LOD1.obj", "a_LOD0.obj", 1),
+        ("x/b_LOD1.obj", "x/b_LOD0.obj", 1),
+    ]
+
+
+@pytest.mark.usefixtures("here")
+def test_two_folders_pair_what_is_called_the_same() -> None:
+    make("new/a.obj", "new/x/b.GLB", "new/x/b.bin", "new/.cache/c.obj")
+    make("old/a.obj", "old/x/b.GLB")
+
+    assert found("new", "old") == [
+        ("new/a.obj", "old/a.obj", None),
+        ("new/x/b.GLB", "old/x/b.GLB", None),
+    ]
+
+
+@pytest.mark.usefixtures("here")
+def test_what_only_the_second_folder_has_is_noticed() -> None:
+    make("new/a.obj", "old/a.obj", "old/lost.obj")
+
+    assert ("new/lost.obj", "old/lost.obj", None) in found("new", "old")
+
+
+@pytest.mark.usefixtures("here")
+def test_two_folders_can_differ_by_a_pattern() -> None:
+    make("new/x/a_LOD1.glb", "old/x/a.obj", "old/unused.obj")
+
+    assert found("new", "old", pattern="{stem}.obj") == [("new/x/a_LOD1.glb", "old/x/a.obj", 1)]
+
+
+@pytest.mark.usefixtures("here")
+def test_changed_files_choose_among_what_a_glob_finds() -> None:
+    make("a_LOD0.glb", "a_LOD1.glb", "b_LOD0.glb", "b_LOD1.glb", "gates.toml")
+
+    def by(changed: str) -> int:
+        pairs = found(
+            changed, manifest="*_LOD[1-9].glb", pattern="{stem}_LOD0.glb", always={"gates.toml"}
+        )
+        return len(pairs)
+
+    assert (by("b_LOD0.glb"), by("gates.toml"), by("c.glb")) == (1, 2, 0)
+
+
+@pytest.mark.usefixtures("here")
+def test_a_file_whose_name_looks_like_a_glob_is_a_manifest() -> None:
+    Path("pairs[1].csv").write_text("source,reference\na.obj,b.obj\n")
+
+    assert found(manifest="pairs[1].csv") == [("a.obj", "b.obj", None)]
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"paths": ["a", "f.obj"]}, "expected two folders"),
+        ({"paths": ["a"]}, "expected two folders"),
+        ({"paths": ["empty", "empty"]}, "has no mesh in it"),
+        ({"paths": ["empty"], "pattern": "{stem}"}, "finds no mesh"),
+        ({"paths": ["f.obj", "g.obj"], "pattern": "{stem}"}, "is for folders and for a glob"),
+        ({"paths": ["f.obj"]}, "expected SOURCE and REFERENCE"),
+        ({"manifest": "*.obj"}, "needs --reference-pattern"),
+        ({"manifest": "*.glb", "pattern": "{stem}"}, "finds no mesh"),
+        ({"manifest": "*.obj", "pattern": "{name}.obj"}, "its own reference"),
+        ({"manifest": "f.obj", "pattern": "{stem}_LOD0.obj"}, "put the glob in quotes"),
+    ],
+)
+def test_arguments_that_do_not_fit_each_other_are_refused(
+    arguments: dict[str, object], said: str
+) -> None:
+    make("f.obj", "a/b.obj")
+    Path("empty").mkdir()
+    paths = arguments.pop("paths", [])
+    assert isinstance(paths, list)
+
+    with pytest.raises(InputError) as refusal:
+        found(*paths, **arguments)  # type: ignore[arg-type] # from the table above
+
+    assert said in str(refusal.value)
