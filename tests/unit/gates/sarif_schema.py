@@ -78,6 +78,7 @@ RUN = closed(  # 3.14
         ["driver"],
         driver=closed(["name"], name=TEXT, version=TEXT, rules=many(RULE, unique=True)),
     ),
+    automationDetails=closed([], id=TEXT),  # 3.17, 3.17.2
     invocations=many(INVOCATION),
     artifacts=many(ARTIFACT, unique=True),
     results=many(RESULT),

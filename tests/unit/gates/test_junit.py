@@ -92,3 +92,9 @@ def test_an_asset_without_gates_is_an_empty_suite() -> None:
 
     SCHEMA.validate(to_junit(run).decode())
     assert len(list(suites(run)["free.obj"])) == 0
+
+
+def test_a_label_is_part_of_the_name() -> None:
+    whole = junitparser.JUnitXml.fromstring(to_junit(GateRun.of(MIXED.assets, "nightly")))
+
+    assert whole.name == "meshcone gate: nightly"

@@ -11,7 +11,7 @@ from markdown_it.token import Token
 from meshcone.gates.formats.markdown import MOST_ASSETS, MOST_CHARACTERS, to_markdown
 from meshcone.gates.records import GateCheck
 from meshcone.gates.results import GateRun
-from tests.unit.gates.runs import MIXED, asset, broken, check
+from tests.unit.gates.runs import MIXED, OPPOSED, asset, broken, check, warned
 
 HOSTILE = [
     "a|b.obj",
@@ -72,6 +72,12 @@ def test_a_row_says_what_failed_and_by_how_much() -> None:
     [row] = rows(to_markdown(GateRun.of([asset("far.obj", far("emd", 1.5, 0.5), check("pass"))])))
 
     assert row == ["❌ FAILED", "far.obj", "1 of 2", "emd is 1.5", "200 %"]
+
+
+def test_what_a_report_warns_of_stands_below() -> None:
+    text = to_markdown(GateRun.of([warned("turned.obj", OPPOSED)])).decode()
+
+    assert "- warning: normals.opposed&#58; Most normals" in text
 
 
 def test_a_bound_of_zero_has_no_share_to_be_over() -> None:

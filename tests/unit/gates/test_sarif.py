@@ -135,3 +135,11 @@ def test_the_same_finding_keeps_its_fingerprint() -> None:
     assert before["partialFingerprints"] == after["partialFingerprints"]
     prints = {each["partialFingerprints"]["assetAndRule/v1"] for each in results(MIXED).values()}
     assert len(prints) == len(results(MIXED))
+
+
+def test_a_label_tells_the_run_from_others() -> None:
+    labelled = GateRun.of(MIXED.assets, "nightly")
+
+    VALIDATOR.validate(json.loads(to_sarif(labelled)))
+    assert run_of(labelled)["automationDetails"] == {"id": "nightly/"}
+    assert "automationDetails" not in run_of(MIXED)
