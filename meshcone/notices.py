@@ -31,6 +31,10 @@ class Code(StrEnum):
     SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
     UNITS_OTHER = "units.other", "source and reference differ in size by a factor of 5 or more"
     POSE_APART = "pose.apart", "the bounding boxes of source and reference hardly overlap"
+    POSE_MISFIT = (
+        "pose.misfit",
+        "source and reference do not fit; the source is returned as it was",
+    )
     COVERAGE_EXTRA = (
         "coverage.extra",
         "a part of the source is far from the reference, which has nothing there",
@@ -79,7 +83,7 @@ class Code(StrEnum):
     )
     SOLVER_KEPT_INPUT = (
         "solver.kept_input",
-        "no setting came closer to the reference; the input is returned as it was",
+        "every answer was worse than the input somewhere; the input is returned as it was",
     )
     GATES_NONE = "gates.none", "no gate applies to the asset"
 

@@ -44,7 +44,10 @@ class RefinedPositions:
         candidate: name of the settings that were kept.
         copied_reference: the program was anchored at the reference's own vertices, so its
             answer is a copy of the reference and no refinement.
-        kept_input: every setting tried ended farther from the reference than the input.
+        misaligned: why source and reference do not fit, in a sentence, where nothing was
+            solved for that reason and the input is returned.
+        kept_because: in what the best answer was worse than the input, a clause each, where
+            every answer was worse somewhere and the input is returned.
         confirm_seconds: spent on SCS confirming the last round.
     """
 
@@ -53,5 +56,11 @@ class RefinedPositions:
     final: FinalProgram | None
     candidate: str = "as set"
     copied_reference: bool = False
-    kept_input: bool = False
+    misaligned: str | None = None
+    kept_because: tuple[str, ...] = ()
     confirm_seconds: float = 0.0
+
+    @property
+    def kept_input(self) -> bool:
+        """Whether the positions are the input's because no answer was to be had."""
+        return self.misaligned is not None or bool(self.kept_because)

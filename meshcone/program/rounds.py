@@ -22,6 +22,7 @@ from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution, finish_by_scs, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblems
+from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
@@ -37,15 +38,19 @@ _SCORING_SAMPLES = 4000
 
 @dataclass(frozen=True)
 class _CandidateRun:
+    """A setting's last round; ``final`` is let go of where another setting came closer."""
+
     candidate: Candidate
-    final: FinalProgram
+    round_index: int
+    before: Floats
+    final: FinalProgram | None
     solution: RoundSolution
     records: list[RoundRecord]
     score: float
 
 
 class SurfaceRefiner:
-    """Solves the problems of one pair and keeps the best answer.
+    """Solves the problems of one pair and keeps the best answer that harms nothing.
 
     Args:
         problems: the pair under every setting.
@@ -65,14 +70,37 @@ class SurfaceRefiner:
             return RefinedPositions(self._source.vertices, [], None)
         tried = candidates(self._options)
         count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
-        best = self._run_one(tried[0], count, scored=len(tried) > 1)
-        for candidate in tried[1:]:  # a program is large: never hold more than two
-            best = min(best, self._run_one(candidate, count, scored=True), key=lambda r: r.score)
-        if len(tried) > 1 and best.score > self._score(self._source.vertices):
-            return RefinedPositions(
-                self._source.vertices, best.records, None, best.candidate.name, kept_input=True
-            )
-        return self._confirmed(best)
+        runs: list[_CandidateRun] = []
+        for candidate in tried:
+            runs.append(self._run_one(candidate, count, scored=len(tried) > 1))
+            runs.sort(key=lambda run: run.score)
+            # A program is large: never hold more than two.
+            runs[1:] = [replace(run, final=None) for run in runs[1:]]
+        return self._first_harmless(runs)
+
+    def _first_harmless(self, runs: Sequence[_CandidateRun]) -> RefinedPositions:
+        """Confirm the closest answer that nothing speaks against; else keep the input."""
+        reasons: tuple[str, ...] = ()
+        harm = HarmCheck(
+            self._source,
+            self._problems.reference,
+            self._problems.prepared.tree,
+            self._options.quality.intersection_pairs,
+        )
+        for run in runs:
+            require_time()
+            found = harm.objections(run.solution.positions)
+            if not found:
+                answer = self._confirmed(run)
+                # SCS may have gone on from where the dual method's budget was spent.
+                found = [] if run.solution.converged else harm.objections(answer.positions)
+                if not found:
+                    return answer
+            reasons = reasons or tuple(found)
+        best = runs[0]
+        return RefinedPositions(
+            self._source.vertices, best.records, None, best.candidate.name, kept_because=reasons
+        )
 
     def _run_one(self, candidate: Candidate, count: _Countdown, *, scored: bool) -> _CandidateRun:
         problem = self._problems.problem(candidate)
@@ -97,7 +125,7 @@ class SurfaceRefiner:
                     index, before, objective, families, solution.positions, solution.multipliers
                 )
                 score = self._score(solution.positions) if scored else 0.0
-                return _CandidateRun(candidate, final, solution, records, score)
+                return _CandidateRun(candidate, index, before, final, solution, records, score)
             before, known = solution.positions, solution.multipliers
         raise InternalError("the schedule has no rounds")
 
@@ -124,7 +152,7 @@ class SurfaceRefiner:
 
     def _confirmed(self, best: _CandidateRun) -> RefinedPositions:
         started = time.perf_counter()
-        options, final, records = self._options.solver, best.final, best.records
+        options, final, records = self._options.solver, self._final(best), best.records
         if not best.solution.converged:
             solution = finish_by_scs(final.objective, final.families, best.solution, options)
             final = replace(final, positions=solution.positions, multipliers=solution.multipliers)
@@ -143,6 +171,14 @@ class SurfaceRefiner:
             best.candidate.name,
             confirm_seconds=time.perf_counter() - started,
         )
+
+    def _final(self, run: _CandidateRun) -> FinalProgram:
+        """Return a run's last program, written again if it was let go of."""
+        if run.final is not None:
+            return run.final
+        program = self._problems.problem(run.candidate).program(run.round_index, run.before)
+        answer = run.solution.positions, run.solution.multipliers
+        return FinalProgram(run.round_index, run.before, *program, *answer)
 
     def _asks_scs(self, best: _CandidateRun) -> bool:
         """Tell whether SCS is to confirm: it was not the one who solved, and is not spared."""

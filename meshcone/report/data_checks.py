@@ -46,11 +46,11 @@ def data_warnings(
     ]
     if unusable:
         return unusable
-    placement = list(_placement(source, reference))
+    misplaced = list(placement(source, reference))
     # Distances say nothing new of meshes that lie in different places.
-    fit = [] if placement else _fit(source, reference)
+    fit = [] if misplaced else _fit(source, reference)
     return [
-        *placement,
+        *misplaced,
         *fit,
         *_defects("source", source, found),
         *_defects("reference", reference, reference_found),
@@ -63,7 +63,8 @@ def _has_surface(mesh: Mesh) -> bool:
     return bool(len(used) and np.isfinite(used).all() and mesh.face_areas.sum() > 0)
 
 
-def _placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
+def placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
+    """Say whether two meshes seem to have other units or to lie in different places."""
     (low, high), (reference_low, reference_high) = _box(source), _box(reference)
     extent, reference_extent = high - low, reference_high - reference_low
     ratio = float(extent.max() / reference_extent.max())

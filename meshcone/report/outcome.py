@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from meshcone.program.answer import RefinedPositions
 from meshcone.quality.records import Metrics
 from meshcone.report.report import Agreement, Outcome
 
@@ -19,18 +20,20 @@ def decide_outcome(
     floor: Metrics,
     samples: int,
     largest_move: float,
-    copied: bool,
+    solved: RefinedPositions,
 ) -> Outcome:
     """Name the outcome by the mean point-to-surface distance.
 
     The rule, in this order:
 
     1. ``reference_copy``: the program was anchored at the reference's own vertices;
-    2. ``indistinguishable``: input and refined are both at the floor;
-    3. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
-    4. ``indistinguishable``: input and refined differ by no more than the floor and twice
+    2. ``misaligned``: source and reference do not fit, and nothing was solved;
+    3. ``indistinguishable``: input and refined are both at the floor;
+    4. ``kept``: every answer was worse than the input somewhere, which is returned;
+    5. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
+    6. ``indistinguishable``: input and refined differ by no more than the floor and twice
        the standard error of the difference;
-    5. ``improved`` or ``worse``.
+    7. ``improved`` or ``worse``.
 
     Args:
         before: the input's metrics.
@@ -38,12 +41,16 @@ def decide_outcome(
         floor: the reference's own.
         samples: drawn from each surface.
         largest_move: of any vertex, relative to the radius.
-        copied: whether the program was anchored at the reference's vertices.
+        solved: what the solver answered, and why it kept the input if it did.
     """
-    if copied:
+    if solved.copied_reference:
         return "reference_copy"
+    if solved.misaligned is not None:
+        return "misaligned"
     if at_floor(before, floor) and at_floor(after, floor):
         return "indistinguishable"
+    if solved.kept_because:
+        return "kept"
     if largest_move <= ROUNDING:
         return "unchanged"
     was, now = before.point_to_surface.mean, after.point_to_surface.mean

@@ -14,7 +14,15 @@ from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.records import Quality, Validity
 
-Outcome = Literal["improved", "indistinguishable", "unchanged", "reference_copy", "worse"]
+Outcome = Literal[
+    "improved",
+    "indistinguishable",
+    "unchanged",
+    "kept",
+    "misaligned",
+    "reference_copy",
+    "worse",
+]
 Agreement = Literal["indistinguishable", "different"]
 
 

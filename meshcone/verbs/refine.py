@@ -23,6 +23,7 @@ from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
+from meshcone.report.misfit import misfit
 from meshcone.report.outcome import decide_outcome
 from meshcone.report.report import Displacement, OutputRecord, Report, Timings
 from meshcone.report.scoring import Scorer
@@ -92,8 +93,14 @@ def refine(
         tracker.enter("solve")
         with watch.stage("solve"):
             problem = formulate(pair, limited)
+            apart = misfit(
+                pair.source, pair.reference, options.seed, aligned=options.align != "none"
+            )
             try:
-                solved = solve(problem, tracker.round_done)
+                if apart is None:
+                    solved = solve(problem, tracker.round_done)
+                else:
+                    solved = RefinedPositions(pair.source.vertices, [], None, misaligned=apart)
             except ContradictionError as error:
                 raise in_words(error, pair) from None
     tracker.enter("write")
@@ -167,7 +174,7 @@ def _report(
             floor=scorer.floor,
             samples=options.quality.samples,
             largest_move=float(moves.max()),
-            copied=solved.copied_reference,
+            solved=solved,
         ),
         inputs=pair.inputs(*validity),
         frame=pair.frame_record(),
@@ -237,10 +244,13 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[War
         for record in solver.rounds
         if record.info is not None and not record.info.solved
     ]
-    if solved.kept_input:
+    if solved.misaligned is not None:
+        words = "Source and reference do not fit, and the source is returned as it was. "
+        warnings.append(warning(Code.POSE_MISFIT, "pair", words + solved.misaligned))
+    if solved.kept_because:
         words = (
-            "every setting tried ended farther from the reference than the input, "
-            "which is returned as it was"
+            "The source is returned as it was, because every answer found was worse somewhere. "
+            f"In the one closest to the reference {'; '.join(solved.kept_because)}."
         )
         warnings.append(warning(Code.SOLVER_KEPT_INPUT, "refined", words))
     return warnings

@@ -10,6 +10,8 @@ _OUTCOMES = {
     "improved": "the refined surface lies {times:.0f} times closer to the reference than the input",
     "indistinguishable": "input and refined mesh are equally close, as far as samples can tell",
     "unchanged": "no vertex moved",
+    "kept": "every answer found was worse somewhere, so the input is returned",
+    "misaligned": "source and reference do not fit, so the input is returned",
     "reference_copy": "the answer is a copy of the reference, which is no refinement",
     "worse": "the refined surface lies farther from the reference than the input",
 }

@@ -7,6 +7,8 @@ const OUTCOMES = {
   improved: "closer to its reference than it was",
   indistinguishable: "cannot be told from what it is compared with, by the samples taken",
   unchanged: "no vertex moved",
+  kept: "the input: every answer found was worse somewhere",
+  misaligned: "the input: source and reference do not fit",
   reference_copy: "a copy of the reference, which is no refinement",
   worse: "farther from its reference than it was",
   different: "can be told from its reference",

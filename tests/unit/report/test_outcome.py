@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from meshcone.options import parse_options
+from meshcone.program.answer import RefinedPositions
 from meshcone.quality.records import Metrics, PointToSurface
 from meshcone.report.outcome import decide_agreement, decide_outcome
 from meshcone.report.report import Outcome
@@ -12,6 +14,11 @@ from meshcone.report.scoring import Scorer
 from tests.meshes import sphere
 
 SAMPLES = 5000
+NOWHERE = np.zeros((1, 3))
+SOLVED = RefinedPositions(NOWHERE, [], None)
+COPIED = RefinedPositions(NOWHERE, [], None, copied_reference=True)
+KEPT = RefinedPositions(NOWHERE, [], None, kept_because=("the largest distance grows",))
+MISALIGNED = RefinedPositions(NOWHERE, [], None, misaligned="They lie apart.")
 BALL = Scorer(sphere(2), sphere(2), parse_options({"quality": {"emd_samples": 32}}))
 
 
@@ -23,21 +30,25 @@ def at(mean: float, spread: float = 0.0) -> Metrics:
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "move", "copied", "expected"),
+    ("before", "after", "move", "solved", "expected"),
     [
-        pytest.param(at(0.1), at(0.05), 0.1, True, "reference_copy", id="anchored at it"),
-        pytest.param(at(0.0), at(0.0), 0.0, False, "indistinguishable", id="the reference"),
-        pytest.param(at(3e-8), at(6e-8), 1e-3, False, "indistinguishable", id="but for rounding"),
-        pytest.param(at(0.1), at(0.1), 1e-8, False, "unchanged", id="did not move"),
-        pytest.param(at(0.1), at(0.05), 0.1, False, "improved", id="closer"),
-        pytest.param(at(0.05), at(0.1), 0.1, False, "worse", id="farther"),
-        pytest.param(at(0.0), at(1e-3), 0.1, False, "worse", id="left the reference"),
+        pytest.param(at(0.1), at(0.05), 0.1, COPIED, "reference_copy", id="anchored at it"),
+        pytest.param(at(0.0), at(0.0), 0.0, SOLVED, "indistinguishable", id="the reference"),
+        pytest.param(at(3e-8), at(6e-8), 1e-3, SOLVED, "indistinguishable", id="but for rounding"),
+        pytest.param(at(9.0), at(9.0), 0.0, MISALIGNED, "misaligned", id="elsewhere"),
+        pytest.param(at(0.0), at(0.0), 0.0, MISALIGNED, "misaligned", id="inside out"),
+        pytest.param(at(0.1), at(0.1), 0.0, KEPT, "kept", id="nothing was better"),
+        pytest.param(at(0.0), at(0.0), 0.0, KEPT, "indistinguishable", id="nothing to gain"),
+        pytest.param(at(0.1), at(0.1), 1e-8, SOLVED, "unchanged", id="did not move"),
+        pytest.param(at(0.1), at(0.05), 0.1, SOLVED, "improved", id="closer"),
+        pytest.param(at(0.05), at(0.1), 0.1, SOLVED, "worse", id="farther"),
+        pytest.param(at(0.0), at(1e-3), 0.1, SOLVED, "worse", id="left the reference"),
     ],
 )
 def test_outcomes(
-    before: Metrics, after: Metrics, move: float, copied: bool, expected: Outcome
+    before: Metrics, after: Metrics, move: float, solved: RefinedPositions, expected: Outcome
 ) -> None:
-    found = decide_outcome(before, after, BALL.floor, SAMPLES, move, copied)
+    found = decide_outcome(before, after, BALL.floor, SAMPLES, move, solved)
 
     assert found == expected
 
@@ -46,8 +57,8 @@ def test_a_difference_within_two_standard_errors_is_none() -> None:
     # Of each mean: 0.1 over the root of 2 · 5,000 samples, 0.001; of the difference: 0.0014.
     before = at(0.1, spread=0.1)
 
-    within = decide_outcome(before, at(0.0973, 0.1), BALL.floor, SAMPLES, 0.1, False)
-    beyond = decide_outcome(before, at(0.0970, 0.1), BALL.floor, SAMPLES, 0.1, False)
+    within = decide_outcome(before, at(0.0973, 0.1), BALL.floor, SAMPLES, 0.1, SOLVED)
+    beyond = decide_outcome(before, at(0.0970, 0.1), BALL.floor, SAMPLES, 0.1, SOLVED)
 
     assert (within, beyond) == ("indistinguishable", "improved")
 

@@ -110,6 +110,8 @@ def test_summary_of_a_kept_input_has_no_certificate() -> None:
         ("improved", "40 times closer"),
         ("indistinguishable", "equally close"),
         ("unchanged", "no vertex moved"),
+        ("kept", "worse somewhere"),
+        ("misaligned", "do not fit"),
         ("reference_copy", "no refinement"),
         ("worse", "farther"),
     ],

@@ -1,0 +1,114 @@
+"""Whether an answer is worse than its input anywhere it counts.
+
+A mean over samples can fall while one corner is torn off, faces turn over or pass through
+each other. So an answer is held against its input on several counts at once, over samples
+drawn with seeds that nothing else uses: what was minimised must not be its own judge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from meshcone.quality.intersections import count_self_intersections
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Floats, row_dot
+
+_SAMPLES = 8000
+_SEED = 2**31 + 11  # options allow seeds up to 2³¹ − 1: no caller's samples are these
+# Distances may grow by this share and this much of the radius: what samples cannot tell apart.
+_MEAN_SHARE, _P95_SHARE, _MAX_SHARE = 0.005, 0.02, 0.02
+_P95_ROUNDING, _MAX_ROUNDING = 1e-3, 1e-4
+# Defects of the mesh itself may grow by this many, or by this share of its faces; by more
+# only where the mean distance falls to a quarter.
+_FEWEST_DEFECTS = 4
+_DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
+
+
+@dataclass(frozen=True)
+class _Distances:
+    """Of samples and vertices, in both directions; relative to the radius."""
+
+    mean: float
+    p95: float
+    max: float
+
+
+class HarmCheck:
+    """A source and its reference, prepared to be held against answers.
+
+    Args:
+        source: in the reference's frame.
+        reference: in its own frame.
+        tree: closest points on the reference.
+        intersection_pairs: pairs of faces that may be tested for self-intersections.
+    """
+
+    def __init__(
+        self, source: Mesh, reference: Mesh, tree: SurfaceTree, intersection_pairs: int
+    ) -> None:
+        self._source, self._tree, self._pairs = source, tree, intersection_pairs
+        self._targets = np.concatenate(
+            [
+                sample_surface(reference, _SAMPLES, _SEED).points,
+                reference.vertices[reference.used_vertices],
+            ]
+        )
+        self._input = self._distances(source)
+
+    def objections(self, positions: Floats) -> list[str]:
+        """Say in what the source at (n, 3) positions is worse than the source, a clause each."""
+        mesh = self._source.moved_to(positions)
+        was, now = self._input, self._distances(mesh)
+        found = [
+            f"{what} distance grows from {before:.3g} to {after:.3g} of the radius"
+            for what, before, after, share, rounding in (
+                ("the mean", was.mean, now.mean, _MEAN_SHARE, 0.0),
+                ("the 95th percentile of the", was.p95, now.p95, _P95_SHARE, _P95_ROUNDING),
+                ("the largest", was.max, now.max, _MAX_SHARE, _MAX_ROUNDING),
+            )
+            if after > (1 + share) * before + rounding
+        ]
+        much_closer = now.mean <= _MUCH_CLOSER * was.mean
+        share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
+        return found or self._defects(mesh, max(_FEWEST_DEFECTS, int(share * len(mesh.faces))))
+
+    def _defects(self, mesh: Mesh, allowed: int) -> list[str]:
+        found = []
+        turned = self._opposed(mesh) - self._opposed(self._source)
+        if turned > allowed:
+            found.append(f"{turned:,} more faces turn their backs on the reference")
+        crossed = count_self_intersections(mesh, self._pairs)
+        crossing = self._crossing
+        if crossed is not None and crossing is not None and crossed - crossing > allowed:
+            found.append(f"{crossed - crossing:,} more pairs of faces pass through each other")
+        return found
+
+    @cached_property
+    def _crossing(self) -> int | None:
+        return count_self_intersections(self._source, self._pairs)
+
+    @cached_property
+    def _orientation(self) -> float:
+        return 1.0 if np.mean(self._agreement(self._source)) >= 0 else -1.0
+
+    def _distances(self, mesh: Mesh) -> _Distances:
+        there = self._tree.closest(sample_surface(mesh, _SAMPLES, _SEED + 1).points).distances
+        corners = self._tree.closest(mesh.vertices[mesh.used_vertices]).distances
+        back = SurfaceTree(mesh).closest(self._targets).distances
+        sampled = back[:_SAMPLES]
+        return _Distances(
+            mean=float((there.mean() + sampled.mean()) / 2),
+            p95=float(max(np.quantile(there, 0.95), np.quantile(sampled, 0.95))),
+            max=float(max(there.max(), corners.max(), back.max())),
+        )
+
+    def _opposed(self, mesh: Mesh) -> int:
+        return int(np.count_nonzero(self._orientation * self._agreement(mesh) < 0))
+
+    def _agreement(self, mesh: Mesh) -> Floats:
+        """Return the cosine between each face and the closest face of the reference, (m,)."""
+        closest = self._tree.closest(mesh.corners.mean(axis=1))
+        return row_dot(mesh.face_normals, self._tree.mesh.face_normals[closest.faces])

@@ -1,0 +1,92 @@
+"""An answer is held against its input where it counts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshcone.quality.harm import HarmCheck
+from meshcone.surface import Mesh, SurfaceTree
+from tests.meshes import noisy, sheet, sphere
+
+REFERENCE = sphere(3)
+
+
+def check(source: Mesh, reference: Mesh = REFERENCE) -> HarmCheck:
+    return HarmCheck(source, reference, SurfaceTree(reference), 5_000_000)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_nothing_speaks_against_the_reference_itself(seed: int) -> None:
+    assert check(noisy(REFERENCE, 0.02, seed)).objections(REFERENCE.vertices) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_nothing_speaks_against_the_input(seed: int) -> None:
+    source = noisy(REFERENCE, 0.02, seed)
+
+    assert check(source).objections(source.vertices) == []
+
+
+def test_any_move_away_from_a_perfect_input_is_worse() -> None:
+    [objection] = check(REFERENCE).objections(noisy(REFERENCE, 1e-5).vertices)
+
+    assert objection.startswith("the mean distance grows from")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_one_vertex_torn_off_is_worse_though_the_mean_falls(seed: int) -> None:
+    source = noisy(REFERENCE, 0.02, seed)
+    answer = REFERENCE.vertices.copy()
+    answer[17] *= 1.2
+
+    [objection] = check(source).objections(answer)
+
+    assert objection.startswith("the largest distance grows from")
+    assert "to 0.2 of the radius" in objection
+
+
+def test_a_bulge_over_a_tenth_of_the_surface_is_worse_though_the_rest_is_perfect() -> None:
+    source = REFERENCE.moved_to(1.02 * REFERENCE.vertices)
+    answer = REFERENCE.vertices.copy()
+    answer[answer[:, 2] > 0.7] *= 1.05
+
+    found = check(source).objections(answer)
+
+    assert [clause.split(" grows")[0] for clause in found] == [
+        "the 95th percentile of the distance",
+        "the largest distance",
+    ]
+
+
+def test_faces_that_turn_over_are_worse_though_every_distance_falls() -> None:
+    reference = sheet(12, 12)
+    source = reference.moved_to(reference.vertices + np.array([0, 0, 0.3]))
+    answer = reference.vertices.copy()
+    inner = ((answer[:, :2] > 2.5) & (answer[:, :2] < 8.5)).all(axis=1)
+    answer[inner, 0] = 11 - answer[inner, 0]  # mirrored within the plane
+
+    found = check(source, reference).objections(answer)
+
+    assert any("turn their backs on the reference" in clause for clause in found)
+
+
+def test_faces_that_pass_through_each_other_are_worse_though_every_distance_falls() -> None:
+    reference = Mesh(
+        np.concatenate([sphere(2).vertices, sphere(2).vertices + np.array([1.0, 0, 0])]),
+        np.concatenate([sphere(2).faces, sphere(2).faces + len(sphere(2).vertices)]),
+    )
+    source = reference.moved_to(
+        np.concatenate([1.05 * sphere(2).vertices, sphere(2).vertices + np.array([2.2, 0, 0])])
+    )
+
+    [objection] = check(source, reference).objections(reference.vertices)
+
+    assert objection.endswith("more pairs of faces pass through each other")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_mesh_inside_out_as_a_whole_turns_no_more_faces_over_by_staying_so(seed: int) -> None:
+    inside_out = Mesh(REFERENCE.vertices, REFERENCE.faces[:, ::-1])
+
+    assert check(noisy(inside_out, 0.02, seed)).objections(REFERENCE.vertices) == []
