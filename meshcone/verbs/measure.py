@@ -10,6 +10,7 @@ from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.pair import read_pair
+from meshcone.report.audits import Audited, audited
 from meshcone.report.outcome import decide_agreement
 from meshcone.report.report import MeasureReport, Timings
 from meshcone.report.scoring import Scorer
@@ -56,6 +57,15 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         quality = scorer.quality(refined=None, frame=pair.frame)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
+    with watch.stage("audit"):
+        found = (
+            audited(
+                Audited(source, pair.source_asset, quality.input.validity),
+                Audited(reference, pair.reference_asset, quality.floor.validity),
+            )
+            if options.audit
+            else None
+        )
     report = MeasureReport(
         version=version("meshcone"),
         outcome=decide_agreement(quality.input, quality.floor),
@@ -64,11 +74,14 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         alignment=pair.alignment_record(),
         options=options,
         quality=quality,
+        asset=found and found.asset,
+        changes=found and found.changes,
         warnings=warnings,
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],
             quality=watch.seconds["quality"],
+            audit=watch.seconds["audit"],
             total=watch.total,
             metrics=scorer.seconds,
         ),
