@@ -44,6 +44,10 @@ class Code(StrEnum):
         "a part of the reference is far from the source, which has nothing there",
     )
     NORMALS_OPPOSED = "normals.opposed", "the normals of source and reference oppose each other"
+    COLORS_NOT_COMPARED = (
+        "colors.not_compared",
+        "colours could not be compared, for lack of an image or a material library",
+    )
     PIECES_COUNT = "pieces.count", "source and reference are in different numbers of pieces"
 
     EDGES_NON_MANIFOLD = "edges.non_manifold", "edges where more than two faces meet"

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from meshcone.appearance.paint import Paint
 from meshcone.assets import Asset, read_asset
 from meshcone.assets.policy import WritePolicy
 from meshcone.errors import InputError
@@ -104,6 +105,11 @@ class Pair:
         """Describe the frame for a report."""
         x, y, z = map(float, self.frame.centre)
         return FrameRecord(centre=(x, y, z), radius=self.frame.radius)
+
+    @property
+    def paints(self) -> tuple[Paint, Paint]:
+        """The colours of source and reference."""
+        return Paint(self.source_asset), Paint(self.reference_asset)
 
     def warnings(self, source: Validity, reference: Validity) -> list[WarningRecord]:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.

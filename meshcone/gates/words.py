@@ -33,6 +33,11 @@ _NAMES = {
     "validity.flipped_faces": "number of faces turned over by the refinement",
     "validity.self_intersections": "number of pairs of faces that pass through each other",
     "validity.components": "number of separate pieces",
+    "appearance.color_difference.mean": "mean colour difference (CIEDE2000)",
+    "appearance.color_difference.p95": "colour difference (CIEDE2000) of all but the worst 5 % of "
+    "the surface",
+    "appearance.color_difference.max": "worst colour difference (CIEDE2000)",
+    "appearance.color_difference.psnr": "peak signal-to-noise ratio of the colours",
     "displacement.mean": "mean movement of the vertices",
     "displacement.max": "largest movement of a vertex",
     "certificate.holds": "certificate of the solution",

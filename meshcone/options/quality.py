@@ -33,3 +33,8 @@ class QualityOptions(Section):
         description="pairs of faces that may be tested for self-intersections, about a "
         "microsecond each; a mesh that has more is not tested",
     )
+    appearance: bool = Field(
+        True,
+        description="compare colours too, where the files have any: for its images about a tenth "
+        "of a second each",
+    )

@@ -54,6 +54,11 @@ _DEFINITIONS = {
         "radius",
         "emd_samples",
     ),
+    "color_difference": _Definition(
+        "CIEDE2000 (Sharma, Wu & Dalal 2005) of base colours at samples of either surface and the "
+        "closest point of the other that faces the same way",
+        "ΔE00",
+    ),
     "aspect_ratio": _Definition("L_max · perimeter / (4√3 · area) of the faces (VTK)", "1", None),
     "validity": _Definition("counts on welded vertices; null: not tested", "count", None),
 }

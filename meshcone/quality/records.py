@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Unit = Literal["radius", "radius²", "1/radius", "degrees", "1", "count"]
+Unit = Literal["radius", "radius²", "1/radius", "degrees", "ΔE00", "1", "count"]
 
 
 class _Record(BaseModel):

@@ -58,11 +58,13 @@ class SampledSurface:
         self._own_curvatures: dict[float, Floats] = {}
         self._closest: dict[SampledSurface, ClosestPoints] = {}
         drawn = max(sampling.samples, sampling.emd_samples)
-        self._drawn = sample_surface(in_own_order(mesh), drawn, seed, sampling.method)
+        ordered, numbers = in_own_order(mesh)
+        found = sample_surface(ordered, drawn, seed, sampling.method)
+        self._drawn = SurfaceSamples(found.points, found.normals, numbers[found.faces])
 
     @cached_property
     def samples(self) -> SurfaceSamples:
-        """Samples for distances and normals; their faces are not the mesh's own numbers."""
+        """Samples for distances and normals."""
         return self._first(self._sampling.samples)
 
     @cached_property
@@ -138,8 +140,8 @@ class SampledSurface:
         return SurfaceSamples(drawn.points[:count], drawn.normals[:count], drawn.faces[:count])
 
 
-def in_own_order(mesh: Mesh) -> Mesh:
-    """Return the mesh with its faces in an order that only its shape decides.
+def in_own_order(mesh: Mesh) -> tuple[Mesh, Ints]:
+    """Return the mesh with its faces in an order that only its shape decides, and their numbers.
 
     Samples are drawn along the list of faces: in the file's order, a tool that lists the
     same triangles differently would change every metric a little. Here faces follow a
@@ -160,4 +162,5 @@ def in_own_order(mesh: Mesh) -> Mesh:
     longest = np.round(sides / max(float(sides.max()), 1e-300), _DIGITS)
     first = np.argmax(longest, axis=1)[:, None]
     turned: Ints = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1)
-    return Mesh(mesh.vertices, turned[spatial_order(along)])
+    order = spatial_order(along)
+    return Mesh(mesh.vertices, turned[order]), order

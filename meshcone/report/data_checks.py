@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from meshcone.appearance.records import Appearance
 from meshcone.notices import Code, Side, WarningRecord, warning
 from meshcone.quality.records import Validity
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
@@ -56,6 +57,14 @@ def data_warnings(
         *_defects("reference", reference, reference_found),
         *_pieces(found.components, reference_found.components),
     ]
+
+
+def appearance_warnings(appearance: Appearance | None) -> list[WarningRecord]:
+    """Say that colours were not compared, where they could not be."""
+    if appearance is None or appearance.why_not_tested is None:
+        return []
+    words = f"Colours were not compared: {appearance.why_not_tested}."
+    return [warning(Code.COLORS_NOT_COMPARED, "pair", words)]
 
 
 def _has_surface(mesh: Mesh) -> bool:

@@ -1,4 +1,4 @@
-"""Reports (``meshcone.report/2``), one model for each mode, and what is derived from them."""
+"""The report of one refinement (``meshcone.report/1``) and what is derived from it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from meshcone.audit.records import AssetAudit, Changes
+from meshcone.appearance.records import Appearance
 from meshcone.gates.records import GateVerdict
 from meshcone.notices import WarningRecord
 from meshcone.options import Options
@@ -25,9 +25,6 @@ Outcome = Literal[
     "worse",
 ]
 Agreement = Literal["indistinguishable", "different"]
-Schema = Literal["meshcone.report/2"]
-
-SCHEMA: Schema = "meshcone.report/2"
 
 
 class _Record(BaseModel):
@@ -60,14 +57,6 @@ class Inputs(_Record):
 
     source: InputRecord
     reference: InputRecord
-
-
-class Audits(_Record):
-    """What each of the meshes is by itself: the whole asset, not only its surface."""
-
-    source: AssetAudit
-    reference: AssetAudit | None = Field(None, description="absent where there was none")
-    refined: AssetAudit | None = Field(None, description="absent where nothing was refined")
 
 
 class FrameRecord(_Record):
@@ -138,7 +127,6 @@ class Timings(_Record):
     solve: float = 0.0
     quality: float
     write: float = 0.0
-    audit: float = 0.0
     total: float
     metrics: dict[str, float] = Field(
         default_factory=dict,
@@ -149,8 +137,7 @@ class Timings(_Record):
 class MeasureReport(_Record):
     """Metrics of a mesh against a reference, nothing moved."""
 
-    schema_: Schema = Field(SCHEMA, alias="schema")
-    mode: Literal["measure"] = "measure"
+    schema_: Literal["meshcone.measure/1"] = Field("meshcone.measure/1", alias="schema")
     version: str
     outcome: Agreement = Field(description="whether samples can tell the two surfaces apart")
     inputs: Inputs
@@ -158,11 +145,8 @@ class MeasureReport(_Record):
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     options: Options
     quality: Quality
-    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
-    changes: Changes | None = Field(
-        None,
-        description="what differs in the source from the reference besides the surface; absent "
-        "where the option `audit` is false",
+    appearance: Appearance | None = Field(
+        None, description="absent where the reference has no colours, or where it was turned off"
     )
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
@@ -177,8 +161,7 @@ class MeasureReport(_Record):
 class Report(_Record):
     """Everything a refinement says of itself."""
 
-    schema_: Schema = Field(SCHEMA, alias="schema")
-    mode: Literal["refine"] = "refine"
+    schema_: Literal["meshcone.report/1"] = Field("meshcone.report/1", alias="schema")
     version: str
     outcome: Outcome
     inputs: Inputs
@@ -186,11 +169,8 @@ class Report(_Record):
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     options: Options
     quality: Quality
-    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
-    changes: Changes | None = Field(
-        None,
-        description="what differs in the source from the reference besides the surface; absent "
-        "where the option `audit` is false",
+    appearance: Appearance | None = Field(
+        None, description="absent where the reference has no colours, or where it was turned off"
     )
     output: OutputRecord
     displacement: Displacement

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from meshcone.appearance.comparison import Painted, compare_colours
+from meshcone.appearance.paint import Paint
+from meshcone.appearance.records import Appearance
 from meshcone.options import Options
 from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
@@ -53,7 +56,8 @@ class Scorer:
         self._reference = self._sampled(reference, self._reference_seed)
         self._input = self._judged = self._sampled(source, options.seed)
         self.input = self._score(self._judged, self._collapsed)
-        self.floor = self._score(self._sampled(reference, options.seed), collapsed_reference)
+        self._again = self._sampled(reference, options.seed)
+        self.floor = self._score(self._again, collapsed_reference)
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -82,6 +86,26 @@ class Scorer:
             worst_points=worst,
             conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
         )
+
+    def appearance(self, source: Paint, reference: Paint) -> Appearance | None:
+        """Compare the colours of the judged mesh with the reference's.
+
+        Args:
+            source: the colours of the source's faces, which are the refined mesh's too.
+            reference: the colours of the reference's faces.
+
+        Returns:
+            None where the options turn it off, or neither file says anything of its colours.
+        """
+        if not self._options.quality.appearance:
+            return None
+        with self._watch.stage("appearance"):
+            return compare_colours(
+                Painted(self._judged, source),
+                Painted(self._input, source),
+                Painted(self._reference, reference),
+                self._again,
+            )
 
     def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:
         """What there is to see, with the distances that the metrics have needed anyway.

@@ -10,7 +10,7 @@ from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.pair import read_pair
-from meshcone.report.audits import Audited, audited
+from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.outcome import decide_agreement
 from meshcone.report.report import MeasureReport, Timings
 from meshcone.report.scoring import Scorer
@@ -56,16 +56,9 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
     with watch.stage("quality"):
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         quality = scorer.quality(refined=None, frame=pair.frame)
+        appearance = scorer.appearance(*pair.paints)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
-    with watch.stage("audit"):
-        found = (
-            audited(
-                Audited(source, pair.source_asset, quality.input.validity),
-                Audited(reference, pair.reference_asset, quality.floor.validity),
-            )
-            if options.audit
-            else None
-        )
+        warnings += appearance_warnings(appearance)
     report = MeasureReport(
         version=version("meshcone"),
         outcome=decide_agreement(quality.input, quality.floor),
@@ -74,14 +67,12 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         alignment=pair.alignment_record(),
         options=options,
         quality=quality,
-        asset=found and found.asset,
-        changes=found and found.changes,
+        appearance=appearance,
         warnings=warnings,
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],
             quality=watch.seconds["quality"],
-            audit=watch.seconds["audit"],
             total=watch.total,
             metrics=scorer.seconds,
         ),

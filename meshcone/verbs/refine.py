@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import PurePath
 
-from meshcone.assets import Asset
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile
 from meshcone.conflict_words import in_words
@@ -24,7 +23,7 @@ from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
-from meshcone.report.audits import Audited, audited
+from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.misfit import misfit
 from meshcone.report.outcome import decide_outcome
 from meshcone.report.report import Displacement, OutputRecord, Report, Timings
@@ -112,9 +111,6 @@ def refine(
     with watch.stage("quality"):
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         report = _report(pair, scorer, options, problem, solved, written)
-    with watch.stage("audit"):
-        if options.audit:
-            report = _with_audit(report, pair, written)
     return Refinement(
         name=written.record.name,
         data=written.data,
@@ -136,11 +132,10 @@ def _limited(options: Options, seconds: float | None) -> Options:
 
 @dataclass(frozen=True)
 class _Written:
-    """The refined file, as written and as read again, and its (n, 3) positions in the frame."""
+    """The refined file and the positions it stores, (n, 3) in the frame."""
 
     record: OutputRecord
     data: bytes
-    asset: Asset
     positions: Floats
 
 
@@ -151,8 +146,7 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
         sha256=hashlib.sha256(data).hexdigest(),
         bytes=len(data),
     )
-    asset = pair.read_patched(data)
-    return _Written(record, data, asset, pair.written_positions(asset))
+    return _Written(record, data, pair.written_positions(pair.read_patched(data)))
 
 
 def _report(
@@ -164,6 +158,7 @@ def _report(
     written: _Written,
 ) -> Report:
     after = scorer.refined(pair.source.moved_to(written.positions))
+    appearance = scorer.appearance(*pair.paints)
     validity = scorer.input.validity, scorer.floor.validity
     moves = row_lengths(written.positions - pair.source.vertices)
     certificate = None
@@ -188,25 +183,16 @@ def _report(
         alignment=pair.alignment_record(),
         options=options,
         quality=scorer.quality(after, pair.frame),
+        appearance=appearance,
         output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,
         certificate=certificate,
-        warnings=pair.warnings(*validity) + _solver_warnings(solver, solved),
+        warnings=pair.warnings(*validity)
+        + appearance_warnings(appearance)
+        + _solver_warnings(solver, solved),
         timings=Timings(read=0, quality=0, total=0, metrics=scorer.seconds),
     )
-
-
-def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
-    refined = report.quality.refined
-    assert refined is not None  # noqa: S101 - the report is of a refinement
-    file = MeshFile(written.record.name, written.data, pair.source_file.resources)
-    found = audited(
-        Audited(pair.source_file, pair.source_asset, report.quality.input.validity),
-        Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
-        Audited(file, written.asset, refined.validity),
-    )
-    return report.model_copy(update={"asset": found.asset, "changes": found.changes})
 
 
 def _certificate(
@@ -276,7 +262,7 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[War
 
 
 def _timings(watch: Stopwatch, report: Report) -> Timings:
-    stages = ("read", "align", "solve", "quality", "write", "audit")
+    stages = ("read", "align", "solve", "quality", "write")
     seconds = {name: watch.seconds.get(name, 0.0) for name in stages}
     return Timings(**seconds, total=watch.total, metrics=report.timings.metrics)
 

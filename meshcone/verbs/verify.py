@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import ValidationError
 
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateFile, read_certificate
@@ -22,7 +23,6 @@ from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
-from meshcone.report.reading import parse_report
 from meshcone.report.report import CertificateRecord, Matrix, Report
 from meshcone.surface.alignment import Alignment
 from meshcone.surface.similarity import is_similarity
@@ -86,8 +86,8 @@ def read_report(data: bytes, name: str) -> Report:
         InputError: it is none, or one without a certificate.
     """
     try:
-        report = parse_report(data)
-    except (ValueError, RecursionError):
+        report = Report.model_validate_json(data)
+    except ValidationError:
         raise InputError("this is not a MeshCone report", file=name) from None
     if report.certificate is None:
         raise InputError("the report has no certificate: the input was kept as it was", file=name)

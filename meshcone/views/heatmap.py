@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.builder import GlbBuilder
+from meshcone.srgb import to_linear
 from meshcone.surface.arrays import Floats
 from meshcone.views.scene import Scene
 
@@ -82,9 +83,8 @@ def colours(values: Floats, top: float) -> NDArray[np.uint8]:
     srgb = np.stack(
         [np.interp(place, range(len(_VIRIDIS)), channel) for channel in _VIRIDIS.T / 255], axis=1
     )
-    # IEC 61966-2-1; glTF's colours are linear (section 3.9.2).
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    opaque = np.column_stack([linear, np.ones(len(linear))])
+    # glTF's colours are linear (section 3.9.2).
+    opaque = np.column_stack([to_linear(srgb), np.ones(len(srgb))])
     rounded: NDArray[np.uint8] = np.rint(255 * opaque).astype(np.uint8)
     return rounded
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-12  # of distances that are zero
 
-_LONGEST_NAME = 27
+_COLOURS = "appearance.color_difference"
 
 _Value = float | bool | None
 
@@ -25,10 +25,10 @@ def metrics_table(report: Mapping[str, Any]) -> Table:
     from rich.table import Table
 
     quality = report["quality"]
-    sections = _sections(quality)
+    sections = _sections(report)
     refined = sections.get("refined")
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("metric", no_wrap=True, min_width=_LONGEST_NAME)
+    table.add_column("metric", no_wrap=True, min_width=max(map(len, sections["input"])))
     for heading in sections:
         table.add_column(heading.replace("_", " "), justify="right")
     # With baselines there is no room for the unit in the 80 columns of a log.
@@ -36,10 +36,13 @@ def metrics_table(report: Mapping[str, Any]) -> Table:
     if refined or with_unit:
         table.add_column("refined / input" if refined else "unit", justify="right")
     for name, before in sections["input"].items():
-        values = [section[name] for section in sections.values()]
+        values = [section.get(name) for section in sections.values()]
         if all(value is None for value in values) and name == _FLIPPED:
             continue
-        cells = [written(name, value) for value in values]
+        cells = [
+            written(name, value) if name in section else ""
+            for section, value in zip(sections.values(), values, strict=True)
+        ]
         cells += [_ratio(refined[name], before)] if refined else []
         cells += [_unit(quality, name)] if with_unit else []
         table.add_row(name, *cells)
@@ -49,11 +52,25 @@ def metrics_table(report: Mapping[str, Any]) -> Table:
 _FLIPPED = "validity.flipped_faces"
 
 
-def _sections(quality: Mapping[str, Any]) -> dict[str, dict[str, _Value]]:
+def _sections(report: Mapping[str, Any]) -> dict[str, dict[str, _Value]]:
+    quality = report["quality"]
     named = {"input": quality["input"], "refined": quality.get("refined")}
     named |= quality.get("baselines") or {}
     named["floor"] = quality["floor"]
-    return {name: dict(leaves(metrics)) for name, metrics in named.items() if metrics}
+    found = {name: dict(leaves(metrics)) for name, metrics in named.items() if metrics}
+    # The baselines move vertices only, which nobody asks the colours of.
+    compared = dict(report.get("appearance") or {})
+    compared["refined"] = compared.get("color_difference")
+    for name in ("input", "refined", "floor"):
+        if name in found and compared.get(name) is not None:
+            found[name] |= _colours(compared[name])
+    return found
+
+
+def _colours(compared: Mapping[str, _Value] | str) -> dict[str, _Value]:
+    if isinstance(compared, str):
+        return {_COLOURS: None}
+    return dict(leaves(compared, f"{_COLOURS}."))
 
 
 def leaves(metrics: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, _Value]]:
@@ -83,5 +100,8 @@ def _ratio(after: _Value, before: _Value) -> str:
 
 
 def _unit(quality: Mapping[str, Any], name: str) -> str:
-    unit: str = quality["conventions"]["metrics"][name.partition(".")[0]]["unit"]
+    if name == f"{_COLOURS}.psnr":
+        return "dB"
+    metric = name.removeprefix("appearance.").partition(".")[0]
+    unit: str = quality["conventions"]["metrics"][metric]["unit"]
     return "" if unit in ("1", "count") else unit

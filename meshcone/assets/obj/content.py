@@ -24,6 +24,7 @@ from meshcone.assets.obj.numbers import (
 )
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.assets.weld import group_equal_rows
+from meshcone.srgb import to_linear
 
 _FLOAT = 4  # bytes
 _WIDTHS = {"TEXCOORD_0": 2, "NORMAL": 3, "COLOR_0": 3}
@@ -201,4 +202,5 @@ class _Tables:
 
     @cached_property
     def _colors(self) -> NDArray[np.float64]:
-        return read_colors(self._lines)
+        # As tools write them they are sRGB; in glTF, whose words these are, they are linear.
+        return to_linear(read_colors(self._lines))

@@ -11,10 +11,13 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from meshcone.assets.content import Image, Material, TextureUse
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.content.records import Wrap
 from meshcone.assets.obj.numbers import parse_number, shown
+from meshcone.srgb import to_linear
 
 _SLOTS = {
     b"map_kd": "base_color",
@@ -62,8 +65,8 @@ class _Draft:
     textures: list[TextureUse] = field(default_factory=list)
 
     def finished(self) -> Material:
-        red, green, blue = map(linear, self.color)
-        glow = tuple(map(linear, self.emissive))
+        red, green, blue = to_linear(np.array(self.color)).tolist()
+        glow = to_linear(np.array(self.emissive)).tolist()
         see_through = self.alpha < 1 or any(use.slot == "alpha" for use in self.textures)
         return Material(
             name=self.name,
@@ -189,12 +192,6 @@ def named_images(data: bytes) -> Iterator[str]:
     for _ in reader.read("", data):
         pass
     return (image.name for image in reader.images)
-
-
-def linear(value: float) -> float:
-    """A channel of sRGB as linear light (IEC 61966-2-1)."""
-    value = min(max(value, 0.0), 1.0)
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
 
 
 def _count_numbers(words: list[bytes]) -> int:

@@ -4,11 +4,12 @@ import { embedded, h } from "meshcone/dom";
 import { number } from "meshcone/format";
 import { chip } from "meshcone/job-words";
 
-const BETTER_IF_LARGER = new Set(["normal_consistency", "surface_normal_consistency", "fscore", "validity.watertight"]);
+const BETTER_IF_LARGER = new Set(["normal_consistency", "surface_normal_consistency", "fscore", "validity.watertight", "appearance.color_difference.psnr"]);
 const NEITHER = new Set(["validity.components"]);
 const GROUPS = [
   ["Distances", /^(point_to_surface|chamfer|chamfer_l1|hausdorff|hausdorff95|emd|fscore)(\.|$)/],
   ["Normals and curvature", /^(normal_|surface_normal|curvature)/],
+  ["Colours", /^appearance/],
   ["Faces", /^aspect_ratio/],
   ["Validity", /^validity/],
 ];
@@ -20,6 +21,13 @@ function leaves(metrics, prefix = "") {
     if (Array.isArray(value)) return [];
     return value !== null && typeof value === "object" ? leaves(value, `${prefix}${name}.`) : [[prefix + name, value]];
   });
+}
+
+/** The colour differences of one mesh under the names gates use; that they are not tested is one row. */
+function colours(compared) {
+  const name = "appearance.color_difference";
+  if (compared === undefined) return [];
+  return compared === "not_tested" ? [[name, "not tested"]] : leaves(compared, `${name}.`);
 }
 
 function bars(before, after) {
@@ -46,12 +54,14 @@ const title = (text) => text[0].toUpperCase() + text.slice(1).replace(/, in degr
 export function metricsTable(report) {
   const { quality, frame } = report;
   const names = embedded("words");
-  const refined = quality.refined ? Object.fromEntries(leaves(quality.refined)) : null;
-  const floor = Object.fromEntries(leaves(quality.floor));
-  const input = leaves(quality.input);
+  const looks = report.appearance ?? {};
+  const refined = quality.refined ? Object.fromEntries([...leaves(quality.refined), ...colours(looks.color_difference)]) : null;
+  const floor = Object.fromEntries([...leaves(quality.floor), ...colours(looks.floor)]);
+  const input = [...leaves(quality.input), ...colours(looks.input)];
   const checks = report.gates?.checks ?? [];
   const body = h("tbody");
-  const unitOf = (name) => quality.conventions.metrics[name.split(".")[0]]?.unit ?? "1";
+  const convention = (name) => quality.conventions.metrics[name.replace(/^appearance\./, "").split(".")[0]];
+  const unitOf = (name) => (name.endsWith(".psnr") ? "dB" : (convention(name)?.unit ?? "1"));
 
   const shown = (name, value, model) => {
     const power = POWERS[unitOf(name)];
@@ -69,7 +79,7 @@ export function metricsTable(report) {
     body.replaceChildren(...GROUPS.flatMap(([group, pattern]) => {
       const rows = input.filter(([name]) => pattern.test(name)).map(([name, before]) => {
         const after = refined?.[name];
-        const definition = quality.conventions.metrics[name.split(".")[0]]?.definition;
+        const definition = convention(name)?.definition;
         return h("tr", { "data-metric": name },
           h("th", { scope: "row", title: definition }, title(names[name] ?? name), " ", h("span", { class: "soft" }, unit(name, model))),
           h("td", { class: "number" }, shown(name, before, model)),

@@ -1,8 +1,4 @@
-"""The images of an asset: what their headers say, and their pixels within bounds.
-
-Sizes are read from headers. Pixels are decoded one image at a time, and only where there are
-not too many of them.
-"""
+"""The images of an asset, as their headers describe them."""
 
 from __future__ import annotations
 
@@ -12,14 +8,14 @@ import struct
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from meshcone.assets.content import Image
-from meshcone.audit.records.textures import PictureFormat
+
+PictureFormat = Literal["png", "jpeg", "webp", "ktx2", "unknown"]
 
 MOST_TEXELS = 8192 * 8192
 """Of one image that is decoded: 256 MiB as RGBA."""
@@ -63,29 +59,6 @@ class Picture:
         """How many it has."""
         return None if self.width is None or self.height is None else self.width * self.height
 
-    def pixels(self) -> NDArray[np.uint8]:
-        """(h, w, 4) RGBA as encoded, 16 bits cut to 8; colour profiles are not applied.
-
-        glTF has viewers ignore them (section 3.8.4.3).
-
-        Raises:
-            UndecodableError: it has too many texels, is damaged, or of a format that is not
-                decoded here.
-        """
-        if self.fault is not None:
-            raise UndecodableError(self.fault)
-        if self.format == "ktx2":
-            raise UndecodableError("KTX2 images are not decoded")
-        if self.texels is None or self.texels > MOST_TEXELS:
-            raise UndecodableError(
-                f"{self.width}x{self.height} are more than the {MOST_TEXELS:,} texels decoded here"
-            )
-        try:
-            with _opened(self.image.data or b"") as opened:
-                return _as_rgba(opened)
-        except _PILLOW_ERRORS as error:
-            raise UndecodableError(f"damaged: {error}") from None
-
 
 def read_picture(image: Image) -> Picture:
     """Read the header of an image."""
@@ -127,13 +100,6 @@ def _opened(data: bytes) -> Pillow.Image:
         # The caps on texels here are ours.
         warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
         return Pillow.open(io.BytesIO(data), formats=tuple(_FORMATS))
-
-
-def _as_rgba(opened: Pillow.Image) -> NDArray[np.uint8]:
-    if opened.mode.startswith("I"):  # 16 bits of grey
-        grey = (np.asarray(opened).astype(np.int64) >> 8).clip(0, 255).astype(np.uint8)
-        return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
-    return np.asarray(opened.convert("RGBA"))
 
 
 def grouped_by_content(pictures: tuple[Picture, ...]) -> Iterator[list[int]]:

@@ -1,0 +1,1 @@
+"""What colour surfaces have, and how different two of them look."""

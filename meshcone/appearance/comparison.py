@@ -1,0 +1,134 @@
+"""Comparing the colours of surfaces at closest points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.appearance.ciede2000 import differences, to_lab
+from meshcone.appearance.facing import FacingSurface
+from meshcone.appearance.paint import Paint, Spots
+from meshcone.appearance.records import Appearance, ColorDifference, Compared
+from meshcone.quality.sampled import SampledSurface
+from meshcone.srgb import to_encoded
+from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.closest import barycentric_weights
+
+_GROUND = 0.2140  # what shows through: half of white as encoded, in linear light
+_LEAST_ERROR = 10**-9.9  # mean square that is stated as 99 dB
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A sampled surface and its colours; its faces are those of the paint's asset."""
+
+    surface: SampledSurface
+    paint: Paint
+
+
+def compare_colours(
+    judged: Painted, source: Painted, reference: Painted, again: SampledSurface
+) -> Appearance | None:
+    """Compare the colours of a mesh with those of its reference, both ways.
+
+    Each sample's colour is compared with that at the closest point of the other surface that
+    faces the same way. The closest points are those that the distances were taken from.
+
+    Args:
+        judged: the refined mesh, or the source where nothing was refined.
+        source: as it came.
+        reference: what both are compared with.
+        again: the reference with other samples, for the floor.
+
+    Returns:
+        None where the reference says nothing of its colour, or neither says what it is.
+    """
+    known = source.paint.has_colour or reference.paint.has_colour
+    if not (known and reference.paint.claims_colour):
+        return None
+    surfaces = [judged, source, Painted(again, reference.paint)]
+    facing = FacingSurface(reference.surface.mesh)
+    pairs = [_pair(painted, reference, facing) for painted in surfaces]
+    looked_up = _looked_up([side for pair in pairs for way in pair for side in way])
+    found = [_compared(looked_up[4 * number : 4 * number + 4]) for number in range(len(pairs))]
+    faults = (source.paint.why_unknown, reference.paint.why_unknown)
+    why = " · ".join(fault for fault in faults if fault is not None)
+    return Appearance(
+        color_difference=found[0], input=found[1], floor=found[2], why_not_tested=why or None
+    )
+
+
+_Side = tuple[Paint, Spots]
+
+
+def _pair(
+    painted: Painted, reference: Painted, facing: FacingSurface
+) -> tuple[tuple[_Side, _Side], ...]:
+    """The samples of either surface, and the points on the other to compare them with."""
+    ways = (
+        (painted, reference, facing),
+        (reference, painted, FacingSurface(painted.surface.mesh)),
+    )
+    searches = [_Search(here.surface, there.surface) for here, there, _ in ways]
+    # Where most normals oppose each other, one of the two is inside out.
+    sign = -1.0 if sum(search.agreeing for search in searches) < 0 else 1.0
+    return tuple(
+        ((here.paint, search.own_spots()), (there.paint, search.spots_there(surface, sign)))
+        for (here, there, surface), search in zip(ways, searches, strict=True)
+    )
+
+
+class _Search:
+    """The samples of a surface and what they find on another."""
+
+    def __init__(self, here: SampledSurface, there: SampledSurface) -> None:
+        self._here, self._there = here, there
+        self._samples = here.samples
+        self._found = here.closest_on(there, first=len(self._samples.points))
+        normals = there.mesh.face_normals[self._found.faces]
+        self.agreeing = float(np.sign(row_dot(self._samples.normals, normals)).sum())
+
+    def own_spots(self) -> Spots:
+        return _spots(self._here, self._samples.points, self._samples.faces)
+
+    def spots_there(self, facing: FacingSurface, sign: float) -> Spots:
+        samples = self._samples
+        closest = facing.closest(samples.points, sign * samples.normals, self._found)
+        return _spots(self._there, closest.points, closest.faces)
+
+
+def _spots(surface: SampledSurface, points: Floats, faces: Ints) -> Spots:
+    return Spots(faces, barycentric_weights(points, surface.mesh, faces))
+
+
+def _looked_up(sides: Sequence[_Side]) -> list[Floats]:
+    """The colours of each side; those of one paint are asked for together."""
+    found: dict[int, Floats] = {}
+    for paint in {id(paint): paint for paint, _ in sides}.values():
+        numbers = [number for number, (owner, _) in enumerate(sides) if owner is paint]
+        colours = paint.colours([sides[number][1] for number in numbers])
+        found |= dict(zip(numbers, colours, strict=True))
+    return [found[number] for number in range(len(sides))]
+
+
+def _compared(sides: Sequence[Floats]) -> Compared:
+    """Compare the first with the second and the third with the fourth, (k, 4) each."""
+    here, there = (_shown(np.concatenate(sides[first::2])) for first in (0, 1))
+    if np.isnan(here).any() or np.isnan(there).any():
+        return "not_tested"
+    found = differences(to_lab(here), to_lab(there))
+    error = float(np.mean((to_encoded(here) - to_encoded(there)) ** 2))
+    return ColorDifference(
+        mean=float(found.mean()),
+        p95=float(np.quantile(found, 0.95)),
+        max=float(found.max()),
+        psnr=-10 * float(np.log10(max(error, _LEAST_ERROR))),
+    )
+
+
+def _shown(colours: Floats) -> Floats:
+    """Linear RGB (k, 3) of RGBA (k, 4) over a grey ground."""
+    opacity = colours[:, 3:]
+    return np.asarray(opacity * colours[:, :3] + (1 - opacity) * _GROUND)

@@ -1,0 +1,21 @@
+"""The images of an asset: headers read here, pixels decoded at arm's length."""
+
+from meshcone.assets.pictures.decoder import PictureDecoder
+from meshcone.assets.pictures.picture import (
+    MOST_TEXELS,
+    Picture,
+    PictureFormat,
+    UndecodableError,
+    grouped_by_content,
+    read_picture,
+)
+
+__all__ = [
+    "MOST_TEXELS",
+    "Picture",
+    "PictureDecoder",
+    "PictureFormat",
+    "UndecodableError",
+    "grouped_by_content",
+    "read_picture",
+]

@@ -1,0 +1,66 @@
+"""Decodes images in a process of its own, which may run out of memory or crash.
+
+Started by file name, so that it imports nothing but Pillow. For each image it reads on
+standard input the bytes of memory it may use, the seconds it may take, the number of bytes
+(unsigned 64-bit, little-endian) and the bytes. It answers on standard output with a status (one
+byte), the number of bytes that follow (unsigned 64-bit), and these: RGBA row by row, or why not.
+"""
+
+import io
+import struct
+import sys
+import time
+
+from PIL import Image
+
+DECODED, REFUSED = 0, 1
+REQUEST, ANSWER = struct.Struct("<QQQ"), struct.Struct("<BQ")
+FORMATS = ("PNG", "JPEG", "WEBP")
+
+
+def main() -> int:
+    """Decode what is asked for until nothing is."""
+    source, sink = sys.stdin.buffer, sys.stdout.buffer
+    while len(head := source.read(REQUEST.size)) == REQUEST.size:
+        memory, seconds, length = REQUEST.unpack(head)
+        data = source.read(length)
+        _limit(memory, seconds)
+        try:
+            status, answer = DECODED, _rgba(data)
+        except MemoryError:
+            status, answer = REFUSED, b"it needs more memory than its size explains"
+        except Exception as error:  # noqa: BLE001 - whatever Pillow raises over damaged files
+            status, answer = REFUSED, f"damaged: {error}".encode()
+        sink.write(ANSWER.pack(status, len(answer)))
+        sink.write(answer)
+        sink.flush()
+    return 0
+
+
+def _rgba(data: bytes) -> bytes:
+    with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
+        if opened.mode.startswith("I"):  # 16 bits of grey: the upper byte of each
+            width = 2 if ";16" in opened.mode else 4
+            upper = opened.tobytes()["B" not in opened.mode :: width]
+            return Image.frombytes("L", opened.size, upper).convert("RGBA").tobytes()
+        return opened.convert("RGBA").tobytes()
+
+
+def _limit(memory: int, seconds: int) -> None:
+    try:
+        import resource
+    except ImportError:  # not on Windows, where nothing but the cap on texels bounds it
+        return
+    for which, soft in (
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_CPU, int(time.process_time()) + seconds),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        _, hard = resource.getrlimit(which)
+        if hard != resource.RLIM_INFINITY:
+            soft = min(soft, hard)
+        resource.setrlimit(which, (soft, hard))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+"""Images are decoded in a process of its own, which no image can hurt anything from."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+from meshcone.assets.content import Image
+from meshcone.assets.pictures import Picture, PictureDecoder, UndecodableError, read_picture
+from tests.painted import encoded, picture
+
+
+@pytest.fixture(scope="module")
+def decoder() -> Iterator[PictureDecoder]:
+    with PictureDecoder() as made:
+        yield made
+
+
+def read(data: bytes) -> Picture:
+    return read_picture(Image("a", "images/0", data))
+
+
+def lying(width: int, height: int) -> bytes:
+    """A small PNG whose header declares another size."""
+    data = bytearray(encoded(picture(8, 8)))
+    data[16:24] = struct.pack(">II", width, height)
+    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    return bytes(data)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG", "WEBP"])
+def test_an_image_has_the_pixels_that_pillow_reads(kind: str, decoder: PictureDecoder) -> None:
+    data = encoded(picture(), kind)
+
+    found = decoder.pixels(read(data))
+
+    assert (found == np.asarray(Pillow.open(io.BytesIO(data)).convert("RGBA"))).all()
+
+
+def test_sixteen_bits_of_grey_are_cut_to_eight(decoder: PictureDecoder) -> None:
+    grey = np.array([[0, 255, 256, 0x1234, 0xFFFF]], dtype=np.uint16)
+    out = io.BytesIO()
+    Pillow.fromarray(grey).save(out, "PNG")
+
+    found = decoder.pixels(read(out.getvalue()))
+
+    assert found[0, :, 0].tolist() == [0, 0, 1, 0x12, 0xFF]
+    assert (found[..., 3] == 255).all()
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (lying(3000, 3000), "damaged"),
+        (lying(16384, 8192), "more than the 67,108,864 texels"),
+        (encoded(picture(), "JPEG")[:700], "damaged"),
+        (encoded(picture(), "WEBP")[:90], "damaged"),
+        (b"", "no PNG, JPEG, WebP or KTX2"),
+    ],
+    ids=["larger than it is", "larger than allowed", "short JPEG", "short WebP", "empty"],
+)
+def test_an_image_that_cannot_be_decoded_is_refused(
+    data: bytes, why: str, decoder: PictureDecoder
+) -> None:
+    with pytest.raises(UndecodableError, match=why):
+        decoder.pixels(read(data))
+
+
+def test_an_image_after_one_that_ended_the_process_is_decoded() -> None:
+    with PictureDecoder() as decoder:
+        decoder.pixels(read(encoded(picture())))
+        assert decoder._process is not None
+        decoder._process.kill()
+        decoder._process.wait()
+        with pytest.raises(UndecodableError, match="makes the decoder end"):
+            decoder.pixels(read(encoded(picture())))
+
+        assert decoder.pixels(read(encoded(picture()))).shape == (32, 64, 4)
