@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from urllib.parse import unquote
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.text import is_text
+from meshcone.relative_names import from_uri
 
 _BEGINNING = 1024  # bytes; white space before a document is short
 
@@ -17,8 +16,8 @@ _BEGINNING = 1024  # bytes; white space before a document is short
 def read_local(path: Path, also: str | None = None) -> MeshFile:
     """Read a mesh and, of a glTF, the buffers it names; and a file that its options name.
 
-    Only plain names are followed: a mesh from elsewhere must not pick files of this
-    machine. What is named and not there is left for the reader to complain of.
+    Only names within the mesh's folder are followed: a mesh from elsewhere must not pick files
+    of this machine. What is named and not there is left for the reader to complain of.
 
     Args:
         path: the mesh.
@@ -91,6 +90,6 @@ def _named_files(data: bytes) -> Iterator[str]:
     for buffer in buffers if isinstance(buffers, list) else ():
         uri = buffer.get("uri") if isinstance(buffer, dict) else None
         if isinstance(uri, str) and not uri.startswith("data:"):
-            name = unquote(uri).removeprefix("./")
-            if name == Path(name).name and "\0" not in name and is_text(name):
+            name = from_uri(uri)
+            if name is not None:
                 yield name

@@ -72,6 +72,30 @@ class Code(StrEnum):
         "normals.unknown",
         "faces name normals that the file does not have; the names are ignored",
     )
+    VERTICES_ASTRAY = (
+        "vertices.astray",
+        "vertices that no triangle uses have no finite coordinates",
+    )
+    NODES_INVISIBLE = "nodes.invisible", "meshes at nodes that are switched off, which are not read"
+    NODES_FLATTENED = (
+        "nodes.flattened",
+        "meshes at nodes that scale them to a line or a point, which are not read",
+    )
+    NODES_LEVEL = (
+        "nodes.level",
+        "levels of detail for farther away, which are not read",
+    )
+    MESHES_EMPTY = "meshes.empty", "meshes without primitives, which draw nothing"
+    PRIMITIVES_EMPTY = (
+        "primitives.empty",
+        "primitives without vertices or with too few indices, which draw nothing",
+    )
+    INDICES_LEFT_OVER = "indices.left_over", "indices left over that make no whole triangle"
+    EXTENSIONS_UNKNOWN = (
+        "extensions.unknown",
+        "the file requires an extension that is not known; it is read as if that moved no vertex",
+    )
+    SCENE_RELATIVE = "scene.relative", "the scene is read where CESIUM_RTC puts it"
     SKIN_BIND_POSE = "skin.bind_pose", "skinned meshes, which are read in their bind pose"
     MORPH_BASE_SHAPE = (
         "morph.base_shape",

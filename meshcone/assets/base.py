@@ -52,7 +52,8 @@ class Asset(abc.ABC):
         name: the file's name as its sender knows it.
         format: obj, glb, gltf, ply, stl or off.
         media_type: the format's registered media type.
-        positions: (r, 3) raw vertices in world space, in model units.
+        positions: (r, 3) raw vertices in world space, in model units; of a glTF, those no face
+            uses need not be finite.
         weld: (r,) welded vertex of each raw vertex, -1 where no face uses it.
         vertices: (n, 3) welded vertices in world space.
         faces: (m, 3) triangles over the welded vertices.
@@ -203,8 +204,9 @@ class Asset(abc.ABC):
         self, vertices: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """(r, 3) new raw positions, and (r,) which of them differ from the file's."""
-        positions = np.where(self.weld[:, None] >= 0, vertices[self.weld], self.positions)
-        return positions, (positions != self.positions).any(axis=1)
+        used = self.weld >= 0
+        positions = np.where(used[:, None], vertices[self.weld], self.positions)
+        return positions, used & (positions != self.positions).any(axis=1)
 
 
 @contextmanager

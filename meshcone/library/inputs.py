@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from meshcone.errors import ArgumentError, InputError
 from meshcone.files import MeshFile
 from meshcone.local_files import files_of, read_bytes, read_local, with_file_beside
+from meshcone.relative_names import inside
 
 if TYPE_CHECKING:
     import trimesh
@@ -189,7 +190,7 @@ def _described(value: object) -> str:
 
 
 class _Beside(Mapping[str, bytes]):
-    """The files that a mesh names: those that came with it, then plain names beside it."""
+    """The files that a mesh names: those that came with it, then those in its folder."""
 
     def __init__(self, resources: Mapping[str, bytes], path: Path | None) -> None:
         self._resources = resources
@@ -199,10 +200,11 @@ class _Beside(Mapping[str, bytes]):
         if name in self._resources:
             return self._resources[name]
         # A mesh from elsewhere must not pick files of this machine.
-        if self._folder is None or name != Path(name).name or "\0" in name:
+        path = inside(name)
+        if self._folder is None or path is None:
             raise KeyError(name)
         try:
-            return read_bytes(self._folder / name)
+            return read_bytes(self._folder / path)
         except InputError:
             raise KeyError(name) from None
 

@@ -92,7 +92,7 @@ def test_refine_does_not_follow_a_gltf_out_of_its_directory(directory: Path) -> 
 
     finished = meshcone(inside, "refine", "ball.gltf", "../ball.obj", "-o", "out.gltf")
 
-    assert_refused(finished, "expected a plain file name")
+    assert_refused(finished, "is not the name of a file sent along")
 
 
 def test_measure_prints_numbers_or_json(directory: Path) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
-from meshcone.local_files import files_of
+from meshcone.local_files import files_of, read_local
 
 
 def test_what_is_in_a_pipe_stays_there_for_its_reader(tmp_path: Path) -> None:
@@ -27,3 +28,15 @@ def test_the_buffers_of_a_gltf_are_among_its_files(tmp_path: Path) -> None:
     buffer.touch()
 
     assert files_of(mesh) == [mesh, buffer]
+
+
+def test_buffers_in_folders_are_found_and_none_outside(tmp_path: Path) -> None:
+    mesh = tmp_path / "model" / "a.gltf"
+    buffer = tmp_path / "model" / "data" / "a b.bin"
+    buffer.parent.mkdir(parents=True)
+    buffer.write_bytes(b"abc")
+    (tmp_path / "secret.bin").write_bytes(b"secret")
+    uris = ["./data/a%20b.bin", "../secret.bin", "data/../../secret.bin"]
+    mesh.write_text(json.dumps({"buffers": [{"uri": uri} for uri in uris]}))
+
+    assert read_local(mesh).resources == {"data/a b.bin": b"abc"}

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.document import MESHOPT, Document
+from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import MESHOPT
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -120,9 +121,10 @@ class Accessors:
         if kind not in _COLUMNS:
             raise element.error("type", f"unknown accessor type '{kind[:20]}'")
         size = _element_size(kind, component)
-        count = element.required_integer("count", minimum=1)
+        count = element.required_integer("count")
         dense = None
-        if (view := element.reference("bufferView", len(self.views), "buffer view")) is not None:
+        view = element.reference("bufferView", len(self.views), "buffer view")
+        if count and view is not None:
             dense = self.region(element, view, count, size, "count")
         return Accessor(
             index=index,
@@ -132,7 +134,7 @@ class Accessors:
             count=count,
             normalized=element.flag("normalized"),
             dense=dense,
-            sparse=self._sparse(element, count, size),
+            sparse=self._sparse(element, count, size) if count else None,
         )
 
     def region(self, element: Element, view: int, count: int, size: int, blame: str) -> Region:
@@ -291,6 +293,17 @@ def decode(stored: NDArray[Any], normalized: bool) -> NDArray[np.float64]:
     if not normalized or stored.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(stored.dtype).max, -1.0)
+
+
+def bounds(stored: NDArray[Any]) -> dict[str, list[Any]]:
+    """Least and greatest of each component, as ``min`` and ``max`` (section 3.6.2.5).
+
+    What is not finite, in vertices that no triangle uses, bounds nothing.
+    """
+    if stored.dtype.kind == "f":
+        stored = np.where(np.isfinite(stored), stored, np.nan)
+    found = {"min": np.fmin.reduce(stored, axis=0), "max": np.fmax.reduce(stored, axis=0)}
+    return {key: np.nan_to_num(value).tolist() for key, value in found.items()}
 
 
 def encode(

@@ -33,5 +33,10 @@ def restore_points(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> 
 
 def is_singular(matrix: NDArray[np.float64]) -> bool:
     """Whether a (4, 4) affine matrix loses a dimension, to working precision."""
+    return rank(matrix) < 3
+
+
+def rank(matrix: NDArray[np.float64]) -> int:
+    """How many dimensions a (4, 4) affine matrix keeps, to working precision."""
     singular_values = np.linalg.svd(matrix[:3, :3], compute_uv=False)
-    return bool(singular_values[2] <= 1e-12 * singular_values[0])
+    return int(np.count_nonzero(singular_values > 1e-12 * singular_values[0]))

@@ -16,6 +16,7 @@ from meshcone.assets.gltf.content import read_content
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
+from meshcone.assets.gltf.extensions import check_untouched
 from meshcone.assets.gltf.model import Model
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
@@ -118,9 +119,13 @@ class GltfAsset(Asset):
             if split and model.compressed and policy.draco == "encode":
                 raise InputError("copies of what is shared cannot be compressed; set draco=plain")
             model = self._rebuilt(*split) if split else model
-        check_ownership(
-            model.document, model.accessors, Moving.of(model.scene, self._surface, policy)
+        moving = Moving.of(model.scene, self._surface, policy)
+        check_untouched(
+            model.document.root,
+            model.document.unknown,
+            [placed.primitive.element for placed in moving.primitives],
         )
+        check_ownership(model.document, model.accessors, moving)
         return model
 
     def _rebuilt(self, document: Document, buffers: Buffers) -> Model:

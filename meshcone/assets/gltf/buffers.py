@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import base64
 import binascii
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 from urllib.parse import unquote, unquote_to_bytes
 
-from meshcone.assets.gltf.document import MESHOPT, Document
+from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import MESHOPT
+from meshcone.assets.pointers import refuse_pointer
+from meshcone.relative_names import from_uri, sent_as
 
-_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 _BUFFER_TYPE = "data:application/octet-stream;base64,"
 
 
@@ -121,14 +122,14 @@ class Buffers:
             return NamedFile(
                 "", _decode_data_uri(uri, element), embedded=True, media_type=media_type
             )
-        if _SCHEME.match(uri) or uri.startswith(("/", "\\")):
+        name = from_uri(uri)
+        if name is None:
             raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
-        name = unquote(uri).removeprefix("./")
-        if name in ("", "..") or "/" in name or "\\" in name:
-            raise element.error("uri", f"expected a plain file name, found '{name[:80]}'")
-        for known in (uri.removeprefix("./"), name):
-            if known in self._resources:
-                return NamedFile(known, self._resources[known], embedded=False)
+        for known in (uri.removeprefix("./"), sent_as(name, self._resources)):
+            if known is not None and known in self._resources:
+                data = self._resources[known]
+                refuse_pointer(data, element.place("uri"))
+                return NamedFile(known, data, embedded=False)
         raise element.error("uri", f"names '{name[:80]}', which was not sent")
 
 

@@ -36,8 +36,8 @@ class Container:
 
     @property
     def json(self) -> bytes:
-        """The first chunk."""
-        return self.chunks[0].data
+        """What the first chunk holds; some exporters pad it with zeros, where blanks belong."""
+        return self.chunks[0].data.rstrip(b"\0")
 
     @property
     def binary(self) -> bytes | None:
@@ -81,9 +81,12 @@ def split_glb(data: bytes, limits: Limits) -> Container:
 def join_glb(container: Container, text: str, binary: bytes | None) -> bytes:
     """The same container around another JSON text and binary buffer."""
     json_bytes = text.encode()
-    if len(json_bytes) % 4:
+    zeros = len(container.chunks[0].data) - len(container.json)
+    if (len(json_bytes) + zeros) % 4:
         json_bytes = json_bytes.rstrip(b" ")
-        json_bytes += b" " * (-len(json_bytes) % 4)
+        json_bytes += (b"\0" if zeros else b" ") * (-len(json_bytes) % 4)
+    else:
+        json_bytes += bytes(zeros)
     payloads = [json_bytes, *(chunk.data for chunk in container.chunks[1:])]
     if binary is not None:
         payloads[1] = binary

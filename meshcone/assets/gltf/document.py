@@ -10,32 +10,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import unknown_extensions
 from meshcone.assets.gltf.json_faults import json_fault
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError, LimitError
-
-DRACO = "KHR_draco_mesh_compression"
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-INSTANCING = "EXT_mesh_gpu_instancing"
-QUANTIZATION = "KHR_mesh_quantization"
-
-# Extensions that change how a surface looks, not where it is, or that are undone on reading.
-_HARMLESS_PREFIXES = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_")
-_HARMLESS = {
-    QUANTIZATION,
-    DRACO,
-    "KHR_lights_punctual",
-    "KHR_animation_pointer",
-    "KHR_xmp",
-    "KHR_xmp_json_ld",
-    "EXT_lights_ies",
-    "EXT_lights_image_based",
-}
-_ADVICE = {
-    MESHOPT[0]: "export without meshopt compression",
-    MESHOPT[1]: "export without meshopt compression",
-    INSTANCING: "export each instance as a node of its own",
-}
 
 # The closing quote is optional and nothing is ever given back: otherwise a string that does not
 # end would be scanned again from each of its escaped quotes.
@@ -51,14 +29,16 @@ class Document:
     Attributes:
         text: as it stands in the file.
         root: the parsed object.
+        unknown: extensions that it requires and of which nothing is known here.
     """
 
     text: str
     root: Element
+    unknown: tuple[str, ...] = ()
 
     def changed(self, text: str) -> Document:
         """The document after changes to its text that keep it valid."""
-        return Document(text, Element(json.loads(text.removeprefix("\ufeff"))))
+        return Document(text, Element(json.loads(text.removeprefix("\ufeff"))), self.unknown)
 
     def uses(self, extension: str) -> bool:
         """Whether the document lists an extension as used or required."""
@@ -71,7 +51,7 @@ def parse_document(data: bytes, limits: Limits) -> Document:
     """Parse JSON and check version, required extensions and array sizes.
 
     Raises:
-        InputError: not JSON, not glTF 2, or a required extension is not understood.
+        InputError: not JSON, not glTF 2, or a required extension cannot be read.
         LimitError: longer, deeper or with longer arrays than ``limits`` accept.
     """
     limits.check("json_bytes", len(data), "bytes of JSON")
@@ -86,8 +66,7 @@ def parse_document(data: bytes, limits: Limits) -> Document:
     _check_version(root)
     for key in ("nodes", "accessors", "meshes"):
         limits.check(key, len(root.children(key)), key, place=f"/{key}")
-    _check_extensions(root)
-    return Document(text, root)
+    return Document(text, root, unknown_extensions(root))
 
 
 class _FaultError(ValueError):
@@ -149,18 +128,3 @@ def _check_version(root: Element) -> None:
         raise asset.error("version", f"glTF version '{version[:20]}'; expected 2.0")
     if needed != "2.0":
         raise asset.error("minVersion", f"needs glTF '{needed[:20]}'; 2.0 is supported")
-
-
-def _check_extensions(root: Element) -> None:
-    for number, extension in enumerate(root.texts("extensionsRequired")):
-        if extension in _HARMLESS or extension.startswith(_HARMLESS_PREFIXES):
-            continue
-        advice = f"; {_ADVICE[extension]}" if extension in _ADVICE else ""
-        raise InputError(
-            f"requires the extension '{extension[:80]}', which is not supported{advice}",
-            place=f"/extensionsRequired/{number}",
-        )
-    for node in root.children("nodes"):
-        extensions = node.child("extensions")
-        if extensions is not None and INSTANCING in extensions.value:
-            raise node.error("extensions", f"uses '{INSTANCING}'; {_ADVICE[INSTANCING]}")

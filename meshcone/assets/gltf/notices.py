@@ -1,0 +1,107 @@
+"""What there is to say of a scene that was read: who must know, and of how many."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.nodes import Placements
+from meshcone.notices import Code, Notice
+
+_LEFT = "not shown, not read, and left as {it is|they are}"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found on the way through a scene.
+
+    Attributes:
+        placements: the meshes of the scene.
+        skinned, morphed: meshes with a skin and with morph targets.
+        empty: primitives that draw nothing.
+        ragged: primitives with indices left over.
+        astray: how many vertices that no triangle uses have no finite coordinates.
+    """
+
+    placements: Placements
+    skinned: Collection[int]
+    morphed: Collection[int]
+    empty: list[Element]
+    ragged: list[Element]
+    astray: int
+
+
+def scene_notices(document: Document, found: Findings) -> tuple[Notice, ...]:
+    """One sentence for each kind of finding, however many there are."""
+    return tuple(_notices(document, found))
+
+
+def _notices(document: Document, found: Findings) -> Iterator[Notice]:
+    nodes, meshes = document.root.children("nodes"), document.root.children("meshes")
+    placements = found.placements
+    bare = {p.mesh for p in placements.shown if not meshes[p.mesh].children("primitives")}
+    for code, array, indices, words in (
+        (Code.NODES_INVISIBLE, nodes, placements.invisible, f"switched off: {_LEFT}"),
+        (Code.NODES_FLATTENED, nodes, placements.flattened, f"scaled to a line or point: {_LEFT}"),
+        (Code.NODES_LEVEL, nodes, placements.levels, f"for farther away: {_LEFT}"),
+        (Code.MESHES_EMPTY, meshes, bare, "without primitives: nothing is drawn"),
+        (Code.SKIN_BIND_POSE, meshes, found.skinned, "skinned: read in {its|their} bind pose"),
+        (
+            Code.MORPH_BASE_SHAPE,
+            meshes,
+            found.morphed,
+            "with morph targets: read in {its|their} base shape, the targets stay as they are",
+        ),
+    ):
+        if indices:
+            kind = "node" if array is nodes else "mesh"
+            yield _about(code, kind, [array[index] for index in sorted(indices)], words)
+    for code, elements, words in (
+        (Code.PRIMITIVES_EMPTY, found.empty, "without vertices or enough indices: not drawn"),
+        (Code.INDICES_LEFT_OVER, found.ragged, "with indices left over, which make no triangle"),
+    ):
+        if elements:
+            yield _about(code, "primitive", elements, words)
+    for name in document.unknown:
+        words = f"requires the extension '{name[:80]}', which is not known here: read as if it "
+        yield Notice(Code.EXTENSIONS_UNKNOWN, words + "moved no vertex")
+    if placements.origin.any():
+        place = ", ".join(f"{value:,.10g}" for value in placements.origin)
+        words = f"CESIUM_RTC puts the scene at ({place}), and there it is read"
+        yield Notice(Code.SCENE_RELATIVE, words)
+    if found.astray:
+        words = "of the vertices that no triangle uses have no finite coordinates"
+        yield Notice(Code.VERTICES_ASTRAY, f"{found.astray:,} {words}")
+
+
+_PLURALS = {"node": "nodes", "mesh": "meshes", "primitive": "primitives"}
+
+
+def _about(code: Code, kind: str, elements: list[Element], words: str) -> Notice:
+    """A sentence about one or many; ``{a|b}`` in its words is a for one and b for many."""
+    many = len(elements) > 1
+    first = called(kind, elements[0])
+    start = f"{len(elements):,} {_PLURALS[kind]}, {first} the first, are" if many else f"{first} is"
+    for choice in _choices(words):
+        one, _, other = choice[1:-1].partition("|")
+        words = words.replace(choice, other if many else one)
+    return Notice(code, f"{start} {words}")
+
+
+def _choices(words: str) -> Iterator[str]:
+    while "{" in words:
+        start, end = words.index("{"), words.index("}") + 1
+        yield words[start:end]
+        words = words[end:]
+
+
+def called(kind: str, element: Element) -> str:
+    """How messages call an object: by its name, or by its number."""
+    name = element.value.get("name")
+    number = element.pointer.rpartition("/")[2]
+    if kind == "primitive":
+        mesh = element.pointer.split("/")[2]
+        return f"primitive {number} of mesh {mesh}"
+    return f"{kind} '{name[:60]}'" if isinstance(name, str) and name else f"{kind} {number}"

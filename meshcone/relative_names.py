@@ -1,0 +1,49 @@
+"""Names that a mesh has for the files beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from urllib.parse import unquote
+
+from meshcone.text import is_text
+
+_SCHEME_OR_DRIVE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
+
+
+def from_uri(uri: str) -> str | None:
+    """The file that a relative URI means, percent-decoded; None as :func:`inside` has it."""
+    return None if _SCHEME_OR_DRIVE.match(uri) else inside(unquote(uri))
+
+
+def inside(path: str) -> str | None:
+    """A path within the mesh's folder, in one spelling: ``./a//b/../c.bin`` is ``a/c.bin``.
+
+    Backslashes separate as well: Windows exporters write them and viewers take them so.
+
+    Returns:
+        The path; None if it is absolute, leads out of the folder, or means no file.
+    """
+    path = path.replace("\\", "/")
+    if path.startswith("/") or _SCHEME_OR_DRIVE.match(path) or "\0" in path or not is_text(path):
+        return None
+    parts: list[str] = []
+    for part in path.split("/"):
+        if part == "..":
+            if not parts:
+                return None
+            parts.pop()
+        elif part not in ("", "."):
+            parts.append(part)
+    return "/".join(parts) if parts and not path.endswith("/") else None
+
+
+def sent_as(name: str, sent: Mapping[str, bytes]) -> str | None:
+    """The name under which a file was sent: its own, or the only one that ends with it.
+
+    A folder is sent with its own name before those of the files in it.
+    """
+    if name in sent:
+        return name
+    longer = [each for each in sent if each.endswith("/" + name)]
+    return longer[0] if len(longer) == 1 else None
