@@ -155,8 +155,8 @@ def test_copies_count_against_the_limit_on_json():
 
 def test_the_report_can_say_what_was_split():
     asset = read(two_cubes().glb())
-    (sentence,) = asset.changes(SPLIT)
-    assert sentence.endswith("added: 1 mesh and 2 accessors")
+    (notice,) = asset.changes(SPLIT)
+    assert notice.words.endswith("added: 1 mesh and 2 accessors")
 
 
 def test_bytes_of_a_separate_buffer_move_into_the_document():
