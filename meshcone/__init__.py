@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from meshcone import errors as errors
+    from meshcone.certificate.checks import Verification
     from meshcone.library.functions import gate, measure, refine, verify
     from meshcone.library.inputs import LoadedMesh, load
     from meshcone.library.results import Measured, Refined, Verdict
-    from meshcone.verbs.verify import Verification
     from service.client import Client, ServiceError
 
     __version__: str
@@ -36,7 +36,7 @@ _HOMES = {
     "Refined": "meshcone.library.results",
     "ServiceError": "service.client",
     "Verdict": "meshcone.library.results",
-    "Verification": "meshcone.verbs.verify",
+    "Verification": "meshcone.certificate.checks",
     "gate": "meshcone.library.functions",
     "load": "meshcone.library.inputs",
     "measure": "meshcone.library.functions",

@@ -69,11 +69,16 @@ class Pair:
 
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
-        here, there = (
+        here, there = self.in_model_units()
+        return self.placed(align(here, there, mode, seed))
+
+    def in_model_units(self) -> tuple[Mesh, Mesh]:
+        """The surfaces of source and reference outside the frame."""
+        source, reference = (
             mesh.moved_to(self.frame.out_of(mesh.vertices))
             for mesh in (self.source, self.reference)
         )
-        return self.placed(align(here, there, mode, seed))
+        return source, reference
 
     def placed(self, alignment: Alignment) -> Pair:
         """Move the source by an alignment that is known."""

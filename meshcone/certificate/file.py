@@ -97,17 +97,28 @@ class CertificateFile:
 
     def to_bytes(self) -> bytes:
         """Write the archive; the same certificate gives the same bytes."""
+        document = np.array(self.document.model_dump_json())
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, document=document, **self._arrays())
+        return buffer.getvalue()
+
+    def arrays_equal(self, other: CertificateFile) -> bool:
+        """Tell whether two certificates hold the same numbers to the last bit."""
+        here, there = self._arrays(), other._arrays()
+        return here.keys() == there.keys() and all(
+            np.array_equal(here[name], there[name]) for name in here
+        )
+
+    def _arrays(self) -> dict[str, Any]:
+        """The arrays by their names in the archive, in its order."""
         arrays: dict[str, Any] = {
-            "document": np.array(self.document.model_dump_json()),
             "before": self.before,
             "positions": self.positions,
             "tension": self.tension,
         }
         for kind, (which, values) in self.multipliers.items():
             arrays[f"which_{kind}"], arrays[f"values_{kind}"] = which, values
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, **arrays)
-        return buffer.getvalue()
+        return arrays
 
 
 def read_certificate(data: bytes, name: str) -> CertificateFile:

@@ -19,9 +19,9 @@ from meshcone.text import as_text
 from meshcone.threads import one_thread
 
 if TYPE_CHECKING:
+    from meshcone.certificate.checks import Verification
     from meshcone.options import Mode, Options
     from meshcone.progress import ProgressCallback
-    from meshcone.verbs.verify import Verification
 
 Gates = Mapping[str, Any] | str | os.PathLike[str]
 
@@ -181,6 +181,7 @@ def verify(
     reference: MeshLike | None = None,
     refined: MeshLike | None = None,
     certificate: str | os.PathLike[str] | None = None,
+    replay: bool = False,
 ) -> Verification:
     """Check, without a solver, that a refined mesh is the optimum its inputs lead to.
 
@@ -191,6 +192,8 @@ def verify(
         reference: its reference.
         refined: the mesh that came of it.
         certificate: path of the certificate file; by default beside the report.
+        replay: refine again, with the solver, and compare what comes out byte for byte: the
+            only check of the rounds before the last.
 
     Returns:
         The checks, ``.ok`` if all hold; it is true then.
@@ -203,6 +206,9 @@ def verify(
     from meshcone.files import MeshFile
     from meshcone.verbs.verify import read_report
     from meshcone.verbs.verify import verify as check
+
+    if replay:
+        from meshcone.verbs.replay import verify_by_replay as check
 
     given = {"source": source, "reference": reference, "refined": refined}
     if isinstance(result, Refined):

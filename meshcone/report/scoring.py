@@ -5,7 +5,7 @@ from __future__ import annotations
 from meshcone.appearance.comparison import Painted, compare_colours
 from meshcone.appearance.paint import Paint
 from meshcone.appearance.records import Appearance
-from meshcone.options import Options
+from meshcone.options import Options, QualityOptions
 from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
 from meshcone.quality.metrics import compare
@@ -46,13 +46,7 @@ class Scorer:
         self._source, self._options = source, options
         self._collapsed, collapsed_reference = collapsed
         self._watch = Stopwatch()
-        chosen = options.quality
-        self._sampling = Sampling(
-            samples=chosen.samples,
-            emd_samples=chosen.emd_samples,
-            curvature_samples=min(chosen.curvature_samples, chosen.samples),
-            method=chosen.sampling,
-        )
+        self._sampling = sampling_of(options.quality)
         self._reference = self._sampled(reference, self._reference_seed)
         self._input = self._judged = self._sampled(source, options.seed)
         self.input = self._score(self._judged, self._collapsed)
@@ -148,6 +142,16 @@ class Scorer:
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:
         with self._watch.stage("sampling"):
             return SampledSurface(mesh, self._sampling, seed)
+
+
+def sampling_of(chosen: QualityOptions) -> Sampling:
+    """Draw as many samples as the options say."""
+    return Sampling(
+        samples=chosen.samples,
+        emd_samples=chosen.emd_samples,
+        curvature_samples=min(chosen.curvature_samples, chosen.samples),
+        method=chosen.sampling,
+    )
 
 
 def _surface(surface: SampledSurface, other: SampledSurface) -> Surface:

@@ -59,8 +59,7 @@ def align(source: Mesh, reference: Mesh, mode: AlignmentMode, seed: int) -> Alig
         InputError: the reference has no extent.
     """
     frame = Frame.of(reference)
-    framed_source = source.moved_to(frame.into(source.vertices))
-    framed_reference = reference.moved_to(frame.into(reference.vertices))
+    framed_source, framed_reference = _framed(source, frame), _framed(reference, frame)
     registration = Registration(framed_source, framed_reference, seed)
     method: AlignmentMethod
     if _correspond(source, reference):
@@ -78,6 +77,33 @@ def align(source: Mesh, reference: Mesh, mode: AlignmentMode, seed: int) -> Alig
     distance = before * frame.radius
     note = "no motion brings the source closer to the reference than it is: it stays in place"
     return Alignment(np.eye(4), "none", distance, distance, note)
+
+
+def distances_under(
+    source: Mesh, reference: Mesh, matrix: Floats, seed: int
+) -> tuple[float, float]:
+    """Measure how far two meshes lie apart before and after a motion, as :func:`align` does.
+
+    Args:
+        source: the mesh to move; of positive area.
+        reference: the mesh it was moved to; of positive area.
+        matrix: (4, 4) similarity from the source to the reference.
+        seed: of the samples.
+
+    Returns:
+        Root mean squares over samples of either surface to the other, in model units.
+    """
+    frame = Frame.of(reference)
+    registration = Registration(_framed(source, frame), _framed(reference, frame), seed)
+    into, out_of = _frame_matrices(frame)
+    before, after = (
+        registration.matches(motion).rms() for motion in (np.eye(4), into @ matrix @ out_of)
+    )
+    return before * frame.radius, after * frame.radius
+
+
+def _framed(mesh: Mesh, frame: Frame) -> Mesh:
+    return mesh.moved_to(frame.into(mesh.vertices))
 
 
 def _correspond(source: Mesh, reference: Mesh) -> bool:

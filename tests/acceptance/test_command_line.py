@@ -172,6 +172,16 @@ def test_verify_says_of_each_check_that_it_holds(refined: Path) -> None:
     assert (finished.returncode, finished.stderr) == (0, "")
     assert all(line.startswith("ok ") for line in lines)
     assert any("dual residual" in line for line in lines)
+    assert lines[-1].endswith("rounds before the last: not replayed")
+
+
+def test_verify_replays_every_round(refined: Path) -> None:
+    finished = meshcone(refined, "verify", "out.json", *FILES, "--replay")
+
+    lines = finished.stdout.splitlines()
+    assert (finished.returncode, finished.stderr) == (0, "")
+    assert all(line.startswith("ok ") for line in lines)
+    assert "every round was solved again and gives the same bytes" in lines[-1]
 
 
 def test_verify_finds_a_certificate_elsewhere(refined: Path) -> None:

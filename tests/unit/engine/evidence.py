@@ -56,7 +56,7 @@ class Evidence:
             ),
             "output": self.report.output.model_copy(update={"sha256": refined}),
         }
-        return replace(self, report=self.report.model_copy(update=forged)).with_document(
+        return self.with_report(**forged).with_document(
             source_sha256=source, reference_sha256=reference, refined_sha256=refined
         )
 
@@ -69,5 +69,7 @@ class Evidence:
 
     def with_options(self, options: Options) -> Evidence:
         """State other options in the report and in the certificate."""
-        report = self.report.model_copy(update={"options": options})
-        return replace(self, report=report).with_document(options=options)
+        return self.with_report(options=options).with_document(options=options)
+
+    def with_report(self, **changes: object) -> Evidence:
+        return replace(self, report=self.report.model_copy(update=changes))

@@ -19,6 +19,7 @@ from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
+from meshcone.report.report import AlignmentRecord
 from meshcone.verbs.refine import refine
 from meshcone.verbs.verify import read_report
 from tests.unit.engine.evidence import Evidence
@@ -121,10 +122,12 @@ def test_an_alignment_nobody_asked_for_fails(capped: Evidence, align: str) -> No
     asked = capped.with_options(parse_options({**CAPPED, "align": align}))
     shifted = np.eye(4)
     shifted[0, 3] = 0.01
-    moved = capped.with_document(alignment=shifted.tolist())
+    matrix = shifted.tolist()
+    stated = AlignmentRecord(matrix=matrix, method="icp", before=0.1, after=0.01, note=None)
+    moved = capped.with_report(alignment=stated).with_document(alignment=matrix)
 
     assert "placed" in asked.failed()
-    assert "placed" in moved.failed()
+    assert moved.failed() == {"placed"}
 
 
 def test_another_round_fails(capped: Evidence) -> None:

@@ -217,7 +217,7 @@ def test_another_mesh_is_not_verified(result: meshcone.Refined) -> None:
     verification = meshcone.verify(result, refined=(result.name, result.source.data))
 
     assert not verification
-    assert repr(verification).endswith("refined file, written, report>")
+    assert repr(verification).endswith("written, report, displacement, metrics, road>")
     assert "FAILED written" in str(verification)
 
 
