@@ -16,6 +16,7 @@ from meshcone.errors import InputError
 from meshcone.settings import load_settings
 
 _ACCEPTED = "OBJ, glTF or GLB (as a reference also PLY, STL or OFF)"
+READABLE = frozenset({"", ".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _OTHER_FORMATS = {
     b"PK\x03\x04": "a ZIP archive",
@@ -23,6 +24,7 @@ _OTHER_FORMATS = {
     b"BZh": "a bzip2 archive",
     b"\xfd7zXZ": "an xz archive",
     b"Kaydara FBX": "an FBX file",
+    b"; FBX": "an FBX file",
     b"BLENDER": "a Blender file",
     b"\x89PNG": "a PNG image",
     b"\xff\xd8\xff": "a JPEG image",
@@ -61,13 +63,13 @@ def read_asset(
 def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> Asset:
     refuse_pointer(data)
     if not data.strip(b"\x00 \t\r\n"):
-        raise InputError(f"the file is empty; expected {_ACCEPTED}")
+        raise InputError(f"the file is empty{_other_kind(name)}; expected {_ACCEPTED}")
     if data.startswith(b"glTF"):
         return read_glb(name, data, resources, limits)
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith(b"{"):
         return read_gltf(name, data, resources, limits)
-    suffix = PurePosixPath(name.replace("\\", "/")).suffix.lower()
+    suffix = _suffix(name)
     if foreign := recognise_foreign(suffix, data):
         return read_foreign(name, foreign, data, limits)
     for signature, kind in _OTHER_FORMATS.items():
@@ -79,3 +81,13 @@ def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Li
     if suffix != ".obj" and not _OBJ_VERTEX.search(data):
         raise InputError(f"this is not a mesh file that is known here; expected {_ACCEPTED}")
     return read_obj(name, data, resources, limits)
+
+
+def _suffix(name: str) -> str:
+    return PurePosixPath(name.replace("\\", "/")).suffix.lower()
+
+
+def _other_kind(name: str) -> str:
+    """That a file would be of no use with something in it either."""
+    suffix = _suffix(name)
+    return "" if suffix in READABLE else f", and files named '{suffix}' are not read here"

@@ -13,9 +13,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from meshcone.errors import InputError
 from meshcone.gates.levels import LevelRules
-from meshcone.gates.paths import Mode, require_known
+from meshcone.gates.paths import Mode, known_values, require_known
 from meshcone.gates.rules import GateRule, GateTable
-from meshcone.suggestions import did_you_mean, first_cause
+from meshcone.suggestions import did_you_mean, first_cause, in_words
 
 
 def _joined(table: Any) -> Any:
@@ -121,7 +121,7 @@ def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
     try:
         file = GateFile.model_validate(document)
     except ValidationError as error:
-        raise InputError(_explain(error), file=name) from None
+        raise InputError(_explain(error, mode), file=name) from None
     tables = [file.gates, *(each.gates for each in file.classes.values())]
     if not any(tables):
         raise InputError("there is no gate in it; gates stand in a table [gates]", file=name)
@@ -158,18 +158,20 @@ def _require_held(without: tuple[str, ...], gates: Mapping[str, LevelRules]) -> 
             )
 
 
-def _explain(error: ValidationError) -> str:
+def _explain(error: ValidationError, mode: Mode) -> str:
     first = first_cause(error)
     *parents, last = _written(first["loc"])
     where = f" in '{'.'.join(parents)}'" if parents else ""
     if first["type"] == "extra_forbidden":
+        if "gates" in parents[:-1] and f"{parents[-1]}.{last}" in known_values(mode):
+            return f"'{parents[-1]}.{last}': must be a table of bounds, such as {{ max = 0.01 }}"
         hint = did_you_mean(last, _known_beside(parents))
         if not parents and not hint:
             hint = "; gates stand in a table [gates]"
         return f"unknown key '{last}'{where}{hint}"
     if first["type"] == "model_type" and "gates" in parents:
         return f"'{last}'{where}: must be a table of bounds, such as {{ max = 0.01 }}"
-    return f"'{last}'{where}: {first['msg'].removeprefix('Value error, ').lower()}"
+    return f"'{last}'{where}: {in_words(first, 'a table')}"
 
 
 def _written(place: tuple[int | str, ...]) -> list[str]:

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from meshcone.errors import InputError
-from meshcone.gates.rules import Allowed, GateTable
+from meshcone.gates.rules import Allowed, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.notices import WARNINGS, warnings_named
 from meshcone.quality.records import Metrics
@@ -74,6 +74,7 @@ def require_known(gates: GateTable, mode: Mode) -> None:
     for key, rule in gates.items():
         value = _look_up(known, key)
         if value is None:
+            _require_no_value(known, key, rule)
             raise InputError(_unknown(key, mode))
         for bound, allowed in rule.bounds().items():
             wanted = _wanted(key, value.kind, bound, mode)
@@ -126,6 +127,15 @@ def is_metric(key: str) -> bool:
 
 def _look_up(known: Mapping[str, Known], key: str) -> Known | None:
     return known.get(key) or known.get(f"{key.rpartition('.')[0]}.{_ANY}")
+
+
+def _require_no_value(known: Mapping[str, Known], key: str, rule: GateRule) -> None:
+    """Recognise ``point_to_surface.max = 0.1``, whose last part was read as a bound."""
+    for bound in rule.bounds():
+        if _look_up(known, f"{key}.{bound}"):
+            raise InputError(
+                f"gate '{key}.{bound}' must be a table of bounds, such as {{ max = 0.01 }}"
+            )
 
 
 def _unknown(key: str, mode: Mode) -> str:

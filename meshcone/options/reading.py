@@ -11,8 +11,11 @@ from pydantic import BaseModel, ValidationError
 from meshcone.errors import InputError
 from meshcone.gates.rules import GateRule
 from meshcone.options.everything import Options
-from meshcone.suggestions import did_you_mean
+from meshcone.suggestions import close_to, did_you_mean, first_cause, in_words
 from meshcone.text import is_text
+
+_GATE_DEPTH = 2  # gates, and the name of one
+_BOUNDS = 'bounds, such as {"max": 0.01}'
 
 
 def parse_options(document: Mapping[str, Any]) -> Options:
@@ -97,11 +100,28 @@ def _require_text(document: Mapping[str, Any]) -> None:
 
 
 def _explain(error: ValidationError) -> str:
-    first = error.errors()[0]
+    first = first_cause(error)
     path = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
-        return f"unknown option '{path}'{did_you_mean(path, _known_beside(path, first['loc']))}"
-    return f"option '{path}': {first['msg'].lower()}"
+        return f"unknown option '{path}'{_hint(path, first['loc'])}"
+    is_gate = first["loc"][0] == "gates" and len(first["loc"]) == _GATE_DEPTH
+    wanted = {"an_object": _BOUNDS} if is_gate else {}
+    return f"option '{path}': {in_words(first, **wanted)}"
+
+
+def _hint(path: str, parts: tuple[int | str, ...]) -> str:
+    """What an unknown option may have been meant to be."""
+    known = list(_known_beside(path, parts))
+    key = str(parts[-1])
+    if "." not in key:
+        return did_you_mean(path, known)
+    # Options are objects within objects: a name with dots in it is none, though it exists.
+    meant = path if path in known else next(iter(close_to(path, known)), None)
+    if meant is None:
+        return ""
+    *sections, leaf = meant.split(".")
+    opened = "".join(f'{{"{section}": ' for section in sections)
+    return f'; write it as {opened}{{"{leaf}": …}}{"}" * len(sections)}'
 
 
 def _known_beside(path: str, parts: tuple[int | str, ...]) -> Iterable[str]:

@@ -15,7 +15,10 @@ def command(
         int | None, typer.Option(hidden=True, help="Listening socket of the parent process.")
     ] = None,
 ) -> None:
-    """Run the HTTP front end; broker and data directory come from MESHCONE_* variables."""
+    """Run the HTTP front end alone.
+
+    Broker and data directory come from MESHCONE_* variables.
+    """
     from service.api.server import listen, serve
     from service.dashboard.routes import router
 

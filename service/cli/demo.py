@@ -32,7 +32,10 @@ def command(
         "meshcone-demo"
     ),
 ) -> None:
-    """Refine a noisy jug through a service of its own, and show what came of it."""
+    """Refine a noisy jug and show what came of it.
+
+    A service of its own does the work.
+    """
     from rich.console import Console
 
     from service.cli.metrics_table import metrics_table

@@ -87,8 +87,9 @@ def command(
     ] = None,
     assignments: Assignments = None,
 ) -> int:
-    """Hold SOURCE against REFERENCE, or all pairs of a manifest or folder, and give a verdict.
+    """Hold meshes against their references and gates.
 
+    The verdict is about SOURCE and REFERENCE, or about every pair of a manifest or of two folders.
     Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
     not be used, 3 after a fault of MeshCone's own.
     """
@@ -192,9 +193,10 @@ def _show(run: GateRun) -> None:
 
     for asset in run.assets:
         if asset.error is not None:
-            # A message names a file by its last part, which several pairs may share.
-            whose = f"{asset.name}: " if len(run.assets) > 1 else ""
-            typer.echo(f"meshcone: {whose}{' '.join(asset.error.message.split())}", err=True)
+            message = " ".join(asset.error.message.split())
+            # Most messages name a file by its last part, which several pairs may share.
+            named = len(run.assets) == 1 or message.startswith(f"{asset.name}: ")
+            typer.echo(f"meshcone: {'' if named else f'{asset.name}: '}{message}", err=True)
     if len(run.assets) == 1:
         for line in check_lines(run.assets[0]):
             typer.echo(line)

@@ -37,7 +37,9 @@ def create(
     daily_bytes: Limit = None,
     data_dir: DataDirectory = None,
 ) -> None:
-    """Make a key and print it, and the secret of its webhooks; neither is shown again.
+    """Make a key and print it, once.
+
+    The secret of its webhooks is printed too; neither is shown again.
 
     What is not limited here is limited as the installation says.
     """
@@ -69,7 +71,10 @@ def revoke(
     key_id: Annotated[str, typer.Argument(metavar="ID", help="Its id, as `keys list` shows it.")],
     data_dir: DataDirectory = None,
 ) -> None:
-    """Take a key back: requests with it are refused from now on, and its webhooks not sent."""
+    """Take a key back.
+
+    Requests with it are refused from now on, and its webhooks are not sent.
+    """
     with _store(data_dir) as store:
         store.revoke(key_id)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from meshcone.errors import InputError
+from meshcone.outputs import certificate_path
 from service.cli.arguments import Assignments, Reference, Source, options_from
 from service.cli.progress_bar import progress_bar
 
@@ -34,6 +36,9 @@ def command(
     formulation: Annotated[
         str | None, typer.Option(help="Program to solve: surface or centroid. [default: surface]")
     ] = None,
+    quiet: Annotated[
+        bool, typer.Option("-q", "--quiet", help="Say nothing of what came of it.")
+    ] = False,
     assignments: Assignments = None,
 ) -> None:
     """Refine SOURCE towards REFERENCE."""
@@ -52,3 +57,24 @@ def command(
     refined.save(out, report=report, html=html)
     for warning in refined.report.warnings:
         typer.echo(f"warning        {warning}", err=True)
+    if quiet:
+        return
+    beside = [report] if report is not None else []
+    if report is not None and refined.certificate is not None:
+        beside.append(certificate_path(report))
+    _show(refined.report.model_dump(mode="json"), [out, *beside, *([html] if html else [])])
+
+
+def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
+    from service.demo.summary import outcome_line
+
+    quality, certificate = report["quality"], report["certificate"]
+    scores = [quality[name]["point_to_surface"] for name in ("input", "refined")]
+    mean, worst = (" → ".join(f"{each[name]:.3g}" for each in scores) for name in ("mean", "max"))
+    proof = "none: the input was kept as it was"
+    if certificate is not None:
+        proof = "holds" if certificate["holds"] else "does not hold"
+    typer.echo(outcome_line(report))
+    typer.echo(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
+    typer.echo(f"certificate    {proof}")
+    typer.echo(f"files          {', '.join(map(str, written))}")

@@ -25,7 +25,10 @@ def command(
         typer.Option(help="Where jobs and files are kept. [default: ./meshcone-data]"),
     ] = None,
 ) -> None:
-    """Run the service: API, workers and, unless MESHCONE_REDIS_URL is set, a broker."""
+    """Run the service on this machine.
+
+    That is the API, workers and, unless MESHCONE_REDIS_URL is set, a broker.
+    """
     from meshcone.settings import load_settings
     from service.stack import Stack
     from worker.settings import WorkerSettings

@@ -50,10 +50,10 @@ def command(
     ] = None,
     assignments: Assignments = None,
 ) -> None:
-    """Send SOURCE and REFERENCE to a service; wait for what --out and --report are to hold.
+    """Send SOURCE and REFERENCE to a service.
 
-    Without either it prints where the job is and waits for nothing. An API key is taken from
-    MESHCONE_API_KEY.
+    It waits for what --out and --report are to hold. Without either it prints where the job
+    is and waits for nothing. An API key is taken from MESHCONE_API_KEY.
     """
     options = options_from(assignments)
     if out is not None and options.mode != "refine":

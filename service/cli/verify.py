@@ -30,7 +30,9 @@ def command(
         bool, typer.Option("--replay", help="Refine again, and compare what comes out.")
     ] = False,
 ) -> int:
-    """Check, without a solver, that REFINED is the optimum SOURCE and REFERENCE lead to.
+    """Check a refinement without a solver.
+
+    The answer says whether REFINED is the optimum that SOURCE and REFERENCE lead to.
 
     With --replay every round is solved again. Prints a line for each check; exits with 1 if
     any of them fails.

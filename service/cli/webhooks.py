@@ -4,7 +4,10 @@ from __future__ import annotations
 
 
 def command() -> None:
-    """Deliver webhooks; the broker comes from MESHCONE_* variables."""
+    """Deliver webhooks.
+
+    The broker comes from MESHCONE_* variables.
+    """
     from worker.webhooks.main import main
 
     main()

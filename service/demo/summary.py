@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 _ROUNDING = 1e-12  # of distances that are zero
@@ -17,7 +18,7 @@ _OUTCOMES = {
 }
 
 
-def summary_lines(report: dict[str, Any]) -> list[str]:
+def summary_lines(report: Mapping[str, Any]) -> list[str]:
     """What was solved and proved, how long each stage took, and the outcome in words."""
     solver = report["solver"]
     rounds = solver["rounds"]
@@ -30,8 +31,13 @@ def summary_lines(report: dict[str, Any]) -> list[str]:
         *_certificate_lines(report["certificate"]),
         f"SCS            {_asked_of_scs(solver)}",
         f"seconds        {stages}",
-        f"outcome        {report['outcome']}: {_in_words(report)}",
+        outcome_line(report),
     ]
+
+
+def outcome_line(report: Mapping[str, Any]) -> str:
+    """The outcome, and what it means."""
+    return f"outcome        {report['outcome']}: {_in_words(report)}"
 
 
 def _certificate_lines(certificate: dict[str, Any] | None) -> list[str]:
@@ -62,7 +68,7 @@ def _asked_of_scs(solver: dict[str, Any]) -> str:
     )
 
 
-def _in_words(report: dict[str, Any]) -> str:
+def _in_words(report: Mapping[str, Any]) -> str:
     before, after = (
         report["quality"][name]["point_to_surface"]["mean"] for name in ("input", "refined")
     )

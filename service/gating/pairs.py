@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from meshcone.errors import InputError
 from meshcone.gates.levels import level_of
 from meshcone.local_files import files_of, read_bytes
-from meshcone.suggestions import did_you_mean, first_cause
+from meshcone.suggestions import did_you_mean, first_cause, in_words
 from meshcone.text import as_text
 
 
@@ -170,7 +170,7 @@ def _explain(error: ValidationError) -> str:
         return f"unknown key '{key}'{did_you_mean(key, _Entry.model_fields)}"
     if key == "lod":
         return f"'lod': expected a level from 1 to {MOST_LEVELS}, or a list of files"
-    return f"'{key}': {first['msg'].lower()}"
+    return f"'{key}': {in_words(first)}"
 
 
 def _require_distinct(path: Path, pairs: Sequence[Pair]) -> None:

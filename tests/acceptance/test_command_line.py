@@ -55,19 +55,27 @@ def test_refine_writes_the_mesh_and_its_report(directory: Path) -> None:
     )
 
     report = json.loads((directory / "out.json").read_text())
-    assert (finished.returncode, finished.stdout, finished.stderr) == (0, "", "")
+    assert (finished.returncode, finished.stderr) == (0, "")
     assert (directory / "out.obj").read_bytes().startswith(b"v ")
     assert (directory / "out.certificate.npz").read_bytes().startswith(b"PK")
     assert report["outcome"] == "improved"
+    outcome, deviation, certificate, files = finished.stdout.splitlines()
+    before, after = (report["quality"][name]["point_to_surface"] for name in ("input", "refined"))
+    assert outcome.startswith("outcome        improved: the refined surface lies ")
+    assert f"mean {before['mean']:.3g} → {after['mean']:.3g}," in deviation
+    assert f"worst vertex {before['max']:.3g} → {after['max']:.3g}," in deviation
+    assert certificate == "certificate    holds"
+    assert files == "files          out.obj, out.json, out.certificate.npz"
 
 
 def test_refine_takes_options_one_by_one(directory: Path) -> None:
-    meshcone(
+    finished = meshcone(
         directory,
-        *("refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json"),
+        *("refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json", "--quiet"),
         *("--formulation", "centroid", "--set", "seed=5", "--set", "quality.samples=100"),
     )
 
+    assert (finished.returncode, finished.stdout, finished.stderr) == (0, "", "")
     options = json.loads((directory / "out.json").read_text())["options"]
     assert (options["formulation"], options["seed"]) == ("centroid", 5)
     assert options["quality"]["samples"] == 100

@@ -211,7 +211,11 @@ def test_a_folder_is_gated_against_a_folder(assets: Path) -> None:
 
     assert finished.returncode == 2
     assert "21 assets: 2 ERROR, 3 FAILED, 16 pass" in finished.stdout
-    assert "meshcone: props/lost.obj: " in finished.stderr
+    assert finished.stderr.splitlines() == [
+        "meshcone: props/closed_08.obj: masters/closed_08.obj: cannot be read: "
+        "no such file or directory",
+        "meshcone: props/lost.obj: cannot be read: no such file or directory",
+    ]
 
 
 def test_jobs_of_a_labelled_run_are_found_by_its_label(assets: Path, stack: Stack) -> None:

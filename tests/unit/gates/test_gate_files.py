@@ -103,6 +103,18 @@ def test_json_says_the_same() -> None:
         ("gates.fscore.max = true", "should be a valid number"),
         ("gates.fscore = 1", "'fscore' in 'gates'"),
         ("gates.fscore = {}", "needs a bound"),
+        ("gates = 3", "'gates': expected a table, found the number 3"),
+        ("classes.a = 3", "'a' in 'classes': expected a table, found the number 3"),
+        ("[classes.a]\nmatch = 'x'", "'match' in 'classes.a': expected a list, found the text 'x'"),
+        (
+            "gates.point_to_surface.max = 0.1",
+            "gate 'point_to_surface.max' must be a table of bounds",
+        ),
+        (
+            "gates.'point_to_surface.max' = 0.1",
+            "'point_to_surface.max' in 'gates': must be a table of bounds",
+        ),
+        ("gates.validity.watertight = true", "'validity.watertight': must be a table of bounds"),
         ('gates.fscore.severity = "error"', "needs a bound"),
         ('gates.fscore = { max = 1, severity = "eror" }', "'error' or 'warning'"),
         ("gates.fscore.max_model = 1", "'max_model' is for distances"),
