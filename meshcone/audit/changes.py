@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from typing import Literal, Self, TypeVar, get_args
-
-from pydantic import Field
+from typing import TypeVar, get_args
 
 from meshcone.assets.content import Content
 from meshcone.audit.contents import (
@@ -26,12 +24,13 @@ from meshcone.audit.contents import (
     skins,
     targets,
 )
-from meshcone.audit.records import Section
-
-ChangeKind = Literal["lost", "added", "renamed", "moved", "altered"]
-
-ROWS_KEPT = 500
-"""Differences that are listed; all of them are counted."""
+from meshcone.audit.records.changes import (
+    ROWS_KEPT,
+    Change,
+    ChangeCounts,
+    ChangeKind,
+    Changes,
+)
 
 _SHOWN = 80  # characters of a name
 _SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "extras": "extra data"}
@@ -39,60 +38,17 @@ _SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "ex
 T = TypeVar("T")
 
 
-class Change(Section):
-    """One difference."""
-
-    kind: ChangeKind
-    what: str = Field(description="what kind of thing, such as materials")
-    where: str = Field(description="the thing's name in the reference, or its path; if added, here")
-    reference: str | None = Field(description="as the reference has it; null where it has not")
-    source: str | None = Field(description="as the source has it; null where it has not")
-    words: str
-
-
-class ChangeCounts(Section):
-    """How many of each kind of thing."""
-
-    scenes: int = 0
-    nodes: int = 0
-    meshes: int = 0
-    materials: int = 0
-    libraries: int = 0
-    images: int = 0
-    uv_sets: int = Field(0, description="sets of texture coordinates, per mesh")
-    color_sets: int = Field(0, description="sets of vertex colours, per mesh")
-    attributes: int = Field(0, description="other attributes of vertices, per mesh")
-    morph_targets: int = Field(0, description="per mesh")
-    skins: int = 0
-    animations: int = 0
-    cameras: int = 0
-    lights: int = 0
-    extensions: int = 0
-    extras: int = 0
-
-
-class Changes(Section):
-    """All differences of a source from its reference."""
-
-    lost: ChangeCounts
-    added: ChangeCounts
-    renamed: ChangeCounts
-    moved: ChangeCounts
-    altered: ChangeCounts
-    rows: tuple[Change, ...] = Field(description=f"the first {ROWS_KEPT} of them")
-
-    @classmethod
-    def between(cls, reference: Content, source: Content) -> Self:
-        """Compare what two files hold."""
-        kinds: tuple[ChangeKind, ...] = get_args(ChangeKind)
-        counts: dict[ChangeKind, Counter[str]] = {kind: Counter() for kind in kinds}
-        rows: list[Change] = []
-        for change in _differences(reference, source):
-            counts[change.kind][change.what] += 1
-            if len(rows) < ROWS_KEPT:
-                rows.append(change)
-        found = {kind: ChangeCounts.model_validate(dict(counts[kind])) for kind in kinds}
-        return cls.model_validate({**found, "rows": rows})
+def changes_between(reference: Content, source: Content) -> Changes:
+    """Compare what two files hold."""
+    kinds: tuple[ChangeKind, ...] = get_args(ChangeKind)
+    counts: dict[ChangeKind, Counter[str]] = {kind: Counter() for kind in kinds}
+    rows: list[Change] = []
+    for change in _differences(reference, source):
+        counts[change.kind][change.what] += 1
+        if len(rows) < ROWS_KEPT:
+            rows.append(change)
+    found = {kind: ChangeCounts.model_validate(dict(counts[kind])) for kind in kinds}
+    return Changes.model_validate({**found, "rows": rows})
 
 
 def _differences(reference: Content, source: Content) -> Iterator[Change]:

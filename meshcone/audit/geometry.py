@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
-from pydantic import Field
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from meshcone.audit.records import Section
+from meshcone.audit.records.geometry import Geometry
 from meshcone.audit.subject import Subject
 from meshcone.quality.edge_uses import EdgeUses
+from meshcone.quality.records import Validity
 from meshcone.quality.validity import inspect
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
@@ -29,72 +28,39 @@ _MOST_NEIGHBOURS = 5_000_000
 _PAIRS_PER_FACE = 100
 
 
-class Geometry(Section):
-    """Counts on the welded surface; null where a count was not taken."""
+def geometry_of(subject: Subject, validity: Validity | None = None) -> Geometry:
+    """Count the defects of a surface.
 
-    watertight: bool = Field(description="every edge has exactly two faces")
-    boundary_edges: int = Field(description="edges with one face")
-    non_manifold_edges: int = Field(description="edges with more than two faces")
-    opposed_edges: int = Field(
-        description="edges across which two faces turn their outsides in opposite directions"
+    Args:
+        subject: the asset.
+        validity: what was counted before, if it was.
+    """
+    mesh = subject.mesh
+    uses = EdgeUses.of(mesh)
+    found = validity or inspect(mesh, _PAIRS_PER_FACE * len(mesh.faces))
+    pieces = _Pieces.of(mesh, uses)
+    angles = _dihedral_degrees(mesh, uses)
+    debris = pieces.diagonals < DEBRIS_SHARE * subject.diagonal
+    return Geometry(
+        watertight=found.watertight,
+        boundary_edges=found.boundary_edges,
+        non_manifold_edges=found.non_manifold_edges,
+        opposed_edges=found.opposed_edges,
+        degenerate_faces=int(np.count_nonzero(~subject.solid)),
+        duplicate_faces=found.duplicate_faces,
+        self_intersections=found.self_intersections,
+        slivers=_slivers(mesh),
+        hard_edges=int(np.count_nonzero(angles > HARD_EDGE_DEGREES)),
+        sharp_edges=int(np.count_nonzero(angles >= SHARP_EDGE_DEGREES)),
+        t_junctions=_t_junctions(mesh, uses, _ON_EDGE * subject.diagonal),
+        isolated_vertices=_isolated(subject),
+        pieces=len(pieces.areas),
+        closed_pieces=int(np.count_nonzero(pieces.closed)),
+        debris=int(np.count_nonzero(debris)),
+        inside_out_share=pieces.inside_out_share(),
+        area=float(mesh.face_areas.sum()),
+        volume=float(pieces.volumes.sum()) if pieces.closed.all() else None,
     )
-    degenerate_faces: int = Field(
-        description="triangles of the file without area, those with two equal corners among them"
-    )
-    duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
-    self_intersections: int | None = Field(
-        description="pairs of faces that pass through each other; null: not tested, because the "
-        "test would not have ended in bounded time"
-    )
-    slivers: int = Field(description="faces less than 1 % as high as their longest side is long")
-    hard_edges: int = Field(description="edges between faces that meet at more than 30 degrees")
-    sharp_edges: int = Field(description="edges between faces that meet at 89 degrees or more")
-    t_junctions: int | None = Field(
-        description="vertices of open borders that lie on an edge of one; null: not tested"
-    )
-    isolated_vertices: int = Field(description="vertices of the file that no triangle uses")
-    pieces: int = Field(description="parts connected by shared vertices")
-    closed_pieces: int
-    debris: int = Field(description="pieces smaller than 1 % of the whole")
-    inside_out_share: float = Field(
-        description="share of the surface in closed pieces that face inwards; cavities, which lie "
-        "within another piece, do not"
-    )
-    area: float = Field(description="in model units squared")
-    volume: float | None = Field(
-        description="that the closed pieces enclose, in model units cubed, cavities taken out; "
-        "null where some piece is open"
-    )
-
-    @classmethod
-    def of(cls, subject: Subject) -> Self:
-        """Count the defects of a surface."""
-        mesh = subject.mesh
-        uses = EdgeUses.of(mesh)
-        found = inspect(mesh, _PAIRS_PER_FACE * len(mesh.faces))
-        pieces = _Pieces.of(mesh, uses)
-        angles = _dihedral_degrees(mesh, uses)
-        debris = pieces.diagonals < DEBRIS_SHARE * subject.diagonal
-        return cls(
-            watertight=found.watertight,
-            boundary_edges=found.boundary_edges,
-            non_manifold_edges=found.non_manifold_edges,
-            opposed_edges=found.opposed_edges,
-            degenerate_faces=int(np.count_nonzero(~subject.solid)),
-            duplicate_faces=found.duplicate_faces,
-            self_intersections=found.self_intersections,
-            slivers=_slivers(mesh),
-            hard_edges=int(np.count_nonzero(angles > HARD_EDGE_DEGREES)),
-            sharp_edges=int(np.count_nonzero(angles >= SHARP_EDGE_DEGREES)),
-            t_junctions=_t_junctions(mesh, uses, _ON_EDGE * subject.diagonal),
-            isolated_vertices=_isolated(subject),
-            pieces=len(pieces.areas),
-            closed_pieces=int(np.count_nonzero(pieces.closed)),
-            debris=int(np.count_nonzero(debris)),
-            inside_out_share=pieces.inside_out_share(),
-            area=float(mesh.face_areas.sum()),
-            volume=float(pieces.volumes.sum()) if pieces.closed.all() else None,
-        )
 
 
 @dataclass(frozen=True)

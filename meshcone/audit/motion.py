@@ -3,73 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field
 
 from meshcone.assets.content import Draw, Node
-from meshcone.audit.records import Section
+from meshcone.audit.records.motion import AnimationRecord, Motion
 from meshcone.audit.subject import Subject
 
 _SUM = 0.01  # off 1; glTF's own validator allows .005 for floats, 8 bits add up to .008
 _INFLUENCES = 4
 
 
-class AnimationRecord(Section):
-    """One animation."""
-
-    name: str
-    duration: float = Field(description="seconds")
-    channels: int
-    keys: int
-
-
-class Motion(Section):
-    """Skins by the corners of all triangles, and animations."""
-
-    skinned_corners: int = Field(description="corners that have joints and weights")
-    weights_not_normalised: int = Field(description="corners whose weights do not add up to 1")
-    weights_not_finite: int
-    weights_negative: int
-    over_four_influences: int = Field(description="corners that more than four joints move")
-    joints_out_of_range: int = Field(description="corners with a joint that the skin does not have")
-    without_skin: int = Field(description="corners with weights at a node without a skin")
-    unweighted: int = Field(description="corners of a skinned node that no joint moves")
-    animations: tuple[AnimationRecord, ...]
-    longest: float = Field(description="seconds of the longest animation")
-    empty_animations: int = Field(description="animations without a sound channel")
-    channels_not_finite: int
-    channels_without_target: int = Field(description="channels that move no node")
-
-    @classmethod
-    def of(cls, subject: Subject) -> Self:
-        """Count what would make a pose wrong."""
-        content = subject.content
-        counts = dict.fromkeys(_CORNER_COUNTS, 0)
-        for draw in content.draws:
-            node = content.nodes[draw.node] if draw.node is not None else None
-            for name, found in _weights(subject, draw, node):
-                counts[name] += found
-        channels = [channel for each in content.animations for channel in each.channels]
-        return cls(
-            **counts,
-            animations=tuple(
-                AnimationRecord(
-                    name=each.name,
-                    duration=each.duration,
-                    channels=len(each.channels),
-                    keys=sum(channel.keys for channel in each.channels),
-                )
-                for each in content.animations
-            ),
-            longest=max((each.duration for each in content.animations), default=0.0),
-            empty_animations=sum(not each.channels for each in content.animations),
-            channels_not_finite=sum(not channel.finite for channel in channels),
-            channels_without_target=sum(
-                channel.node is None and channel.path != "pointer" for channel in channels
-            ),
-        )
+def motion_of(subject: Subject) -> Motion:
+    """Count what would make a pose wrong."""
+    content = subject.content
+    counts = dict.fromkeys(_CORNER_COUNTS, 0)
+    for draw in content.draws:
+        node = content.nodes[draw.node] if draw.node is not None else None
+        for name, found in _weights(subject, draw, node):
+            counts[name] += found
+    channels = [channel for each in content.animations for channel in each.channels]
+    return Motion(
+        **counts,
+        animations=tuple(
+            AnimationRecord(
+                name=each.name,
+                duration=each.duration,
+                channels=len(each.channels),
+                keys=sum(channel.keys for channel in each.channels),
+            )
+            for each in content.animations
+        ),
+        longest=max((each.duration for each in content.animations), default=0.0),
+        empty_animations=sum(not each.channels for each in content.animations),
+        channels_not_finite=sum(not channel.finite for channel in channels),
+        channels_without_target=sum(
+            channel.node is None and channel.path != "pointer" for channel in channels
+        ),
+    )
 
 
 _CORNER_COUNTS = (

@@ -3,46 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field
 
 from meshcone.assets.content import Draw
-from meshcone.audit.records import Section
+from meshcone.audit.records.shading import Shading
 from meshcone.audit.subject import Subject
 from meshcone.surface.arrays import Floats, row_dot, row_lengths
 
 _UNIT = 0.01  # more than this off 1 is no unit vector; 8 bits store one to .004
 
 
-class Shading(Section):
-    """Counts over the corners of all triangles that have an area."""
-
-    corners: int
-    without_normals: int = Field(description="corners that have no normal")
-    zero_normals: int = Field(description="corners whose normal is zero or no number")
-    not_unit_normals: int = Field(description="corners whose normal is longer or shorter than 1")
-    opposed_normals: int = Field(description="corners whose normal points to the triangle's back")
-    opposed_normals_share: float = Field(description="share of the corners that have a normal")
-    without_tangents: int = Field(
-        description="corners without a tangent whose material has a normal map; viewers make "
-        "their own"
-    )
-    zero_tangents: int = Field(description="corners whose tangent is zero or no number")
-    not_unit_tangents: int
-    wrong_handedness: int = Field(description="corners whose tangent's w is neither 1 nor -1")
-
-    @classmethod
-    def of(cls, subject: Subject) -> Self:
-        """Count what shading would stumble over."""
-        counts = dict.fromkeys((name for name in cls.model_fields if name != _SHARE), 0)
-        for draw in subject.content.draws:
-            for name, found in _counts(subject, draw):
-                counts[name] += found
-        stored = counts["corners"] - counts["without_normals"] - counts["zero_normals"]
-        share = counts["opposed_normals"] / stored if stored else 0.0
-        return cls.model_validate({**counts, _SHARE: share})
+def shading_of(subject: Subject) -> Shading:
+    """Count what shading would stumble over."""
+    counts = dict.fromkeys((name for name in Shading.model_fields if name != _SHARE), 0)
+    for draw in subject.content.draws:
+        for name, found in _counts(subject, draw):
+            counts[name] += found
+    stored = counts["corners"] - counts["without_normals"] - counts["zero_normals"]
+    share = counts["opposed_normals"] / stored if stored else 0.0
+    return Shading.model_validate({**counts, _SHARE: share})
 
 
 _SHARE = "opposed_normals_share"

@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from meshcone.assets import Asset
 from meshcone.assets.content import Content, Draw
+from meshcone.files import MeshFile
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, row_lengths
 
 UV_SETS_READ = 8  # of a primitive; no viewer reads more
 _EPSILON = 1e-14
+
+T = TypeVar("T")
+
+
+class Seen:
+    """What was found before, by what it was found of; the files of a job have much in common."""
+
+    def __init__(self) -> None:
+        self._found: dict[Hashable, Any] = {}
+
+    def once(self, content: Hashable, find: Callable[[], T]) -> T:
+        """What was found of some content, or is now."""
+        if content not in self._found:
+            self._found[content] = find()
+        found: T = self._found[content]
+        return found
 
 
 @dataclass(frozen=True)
@@ -21,14 +40,14 @@ class Subject:
     """An asset with its content.
 
     Attributes:
+        file: as sent.
         asset: as read.
-        data_bytes: size of its file.
-        resource_bytes: size of the files that were sent with it.
+        seen: what was found of other assets of the same job.
     """
 
+    file: MeshFile
     asset: Asset
-    data_bytes: int
-    resource_bytes: int = 0
+    seen: Seen = field(default_factory=Seen)
 
     @cached_property
     def content(self) -> Content:

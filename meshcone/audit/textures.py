@@ -3,148 +3,119 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Self
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from meshcone.assets.content import Content
 from meshcone.assets.pictures import (
+    MOST_TEXELS,
     Picture,
     PictureDecoder,
-    PictureFormat,
     UndecodableError,
     grouped_by_content,
 )
-from meshcone.audit.records import Section
+from meshcone.audit.records.textures import ImageRecord, Textures
 from meshcone.audit.subject import Subject
 
 _COLOR_SLOTS = ("base_color", "emissive", "diffuse", "specularColor", "sheenColor")
 _LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709, of values as encoded, as artists read them
+_OPAQUE = 255
+_ROWS = 256  # of an image, whose luminance is computed at once
+_MOST_TEXELS = 4 * MOST_TEXELS  # of all images together, about 10 ns each
 _LEAST_OF_NORMALS = 0.5  # mean blue of a normal map that points outwards
 
 
-class ImageRecord(Section):
-    """One image."""
-
-    name: str
-    format: PictureFormat
-    width: int | None
-    height: int | None
-    bytes: int
-    sha256: str | None
-    used_as: tuple[str, ...] = Field(description="slots of materials that it is bound to")
-    power_of_two: bool | None
-    square: bool | None
-    fault: str | None = Field(description="why it cannot be read, if it cannot")
-    luminance_mean: float | None = Field(
-        description="of a base colour, 0 to 255 as encoded; null for others and where it was not "
-        "decoded"
+def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
+    """Look at every image; the pixels of those that materials use are decoded."""
+    uses = _uses(subject.content)
+    with PictureDecoder() as decoder:
+        looks = list(_looks(subject, pictures, decoder))
+    records = tuple(
+        _record(picture, uses.get(number, ()), look)
+        for number, (picture, look) in enumerate(zip(pictures, looks, strict=True))
     )
-    luminance_p1: float | None = Field(description="1st percentile of the same")
-    luminance_p99: float | None = Field(description="99th percentile of the same")
-    alpha_used: bool | None = Field(
-        description="whether any texel is not opaque; null where it was not decoded"
+    sized = [each for each in records if each.width is not None and each.height is not None]
+    widths = [each.width or 0 for each in sized]
+    heights = [each.height or 0 for each in sized]
+    return Textures(
+        count=len(records),
+        missing=sum(picture.fault == "missing" for picture in pictures),
+        unreadable=sum(picture.fault not in (None, "missing") for picture in pictures),
+        not_tested=sum(not look.tested for look in looks),
+        not_power_of_two=sum(each.power_of_two is False for each in records),
+        not_square=sum(each.square is False for each in records),
+        largest_width=max(widths, default=0),
+        largest_height=max(heights, default=0),
+        smallest_width=min(widths, default=0),
+        smallest_height=min(heights, default=0),
+        duplicates=sum(len(group) - 1 for group in grouped_by_content(pictures)),
+        unused=sum(not each.used_as for each in records),
+        wrong_color_space=sum(
+            _has_wrong_color_space(record.used_as, look)
+            for record, look in zip(records, looks, strict=True)
+        ),
+        base_color_luminance_min=_least(each.luminance_p1 for each in records),
+        base_color_luminance_max=_greatest(each.luminance_p99 for each in records),
+        unused_alpha=sum(map(_wastes_alpha, _owners(subject.content), looks)),
+        images=records,
     )
 
 
-class Textures(Section):
-    """All images together, and each of them."""
-
-    count: int
-    missing: int = Field(description="images that were not sent or cannot be had")
-    unreadable: int = Field(description="images that are damaged or of an unknown format")
-    not_tested: int = Field(description="images whose pixels were not decoded")
-    not_power_of_two: int
-    not_square: int
-    largest_width: int
-    largest_height: int
-    smallest_width: int
-    smallest_height: int
-    duplicates: int = Field(description="images with the bytes of an earlier one")
-    unused: int = Field(description="images that no material uses")
-    wrong_color_space: int = Field(
-        description="images bound both as colour and as data, or as a normal map that no normals "
-        "are in"
-    )
-    base_color_luminance_min: float | None = Field(
-        description="least 1st percentile of the luminance of a base colour, 0 to 255"
-    )
-    base_color_luminance_max: float | None = Field(
-        description="greatest 99th percentile of the luminance of a base colour, 0 to 255"
-    )
-    unused_alpha: int = Field(
-        description="base colours with transparent texels in materials that are all opaque"
-    )
-    images: tuple[ImageRecord, ...]
-
-    @classmethod
-    def of(cls, subject: Subject, pictures: tuple[Picture, ...]) -> Self:
-        """Look at every image; the pixels of those that materials use are decoded."""
-        uses = _uses(subject.content)
-        with PictureDecoder() as decoder:
-            looks = [
-                _Look.at(picture, uses.get(number, ()), decoder)
-                for number, picture in enumerate(pictures)
-            ]
-        records = tuple(map(_record, looks))
-        sized = [each for each in records if each.width is not None and each.height is not None]
-        widths = [each.width or 0 for each in sized]
-        heights = [each.height or 0 for each in sized]
-        return cls(
-            count=len(records),
-            missing=sum(picture.fault == "missing" for picture in pictures),
-            unreadable=sum(picture.fault not in (None, "missing") for picture in pictures),
-            not_tested=sum(look.not_tested for look in looks),
-            not_power_of_two=sum(each.power_of_two is False for each in records),
-            not_square=sum(each.square is False for each in records),
-            largest_width=max(widths, default=0),
-            largest_height=max(heights, default=0),
-            smallest_width=min(widths, default=0),
-            smallest_height=min(heights, default=0),
-            duplicates=sum(len(group) - 1 for group in grouped_by_content(pictures)),
-            unused=sum(not each.used_as for each in records),
-            wrong_color_space=sum(look.wrong_color_space for look in looks),
-            base_color_luminance_min=_least(each.luminance_p1 for each in records),
-            base_color_luminance_max=_greatest(each.luminance_p99 for each in records),
-            unused_alpha=sum(map(_wastes_alpha, _owners(subject.content), looks)),
-            images=records,
-        )
-
-
+@dataclass(frozen=True)
 class _Look:
-    """What was found of one image."""
+    """What the pixels of one image say.
 
-    def __init__(self, picture: Picture, slots: tuple[str, ...]) -> None:
-        self.picture = picture
-        self.slots = slots
-        self.alpha_used: bool | None = None
-        self.luminance: tuple[float, float, float] | None = None
-        self.not_tested = False
-        self.holds_normals: bool | None = None
+    Attributes:
+        tested: whether they were decoded, if anything uses them.
+        luminance: mean, 1st and 99th percentile of a base colour.
+        holds_normals: of a normal map.
+    """
 
-    @classmethod
-    def at(cls, picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> Self:
-        look = cls(picture, slots)
+    tested: bool = True
+    alpha_used: bool | None = None
+    luminance: tuple[float, float, float] | None = None
+    holds_normals: bool | None = None
+
+
+def _looks(
+    subject: Subject, pictures: tuple[Picture, ...], decoder: PictureDecoder
+) -> Iterator[_Look]:
+    uses = _uses(subject.content)
+    left = _MOST_TEXELS
+    for number, picture in enumerate(pictures):
+        slots = uses.get(number, ())
         if not slots or picture.fault is not None:
-            return look
-        try:
-            pixels = decoder.pixels(picture)
-        except UndecodableError:
-            look.not_tested = True
-            return look
-        look.alpha_used = bool((pixels[..., 3] < 255).any())
-        if "base_color" in slots:
-            look.luminance = _luminance(pixels)
-        if "normal" in slots:
-            look.holds_normals = bool(pixels[..., 2].mean() / 255 > _LEAST_OF_NORMALS)
-        return look
+            yield _Look()
+            continue
+        texels = picture.texels or 0
+        if texels > min(left, MOST_TEXELS):
+            yield _Look(tested=False)
+            continue
+        left -= texels
+        found = partial(_look, picture, slots, decoder)
+        yield subject.seen.once(("look", picture.sha256, slots), found)
 
-    @property
-    def wrong_color_space(self) -> bool:
-        as_color = {slot.startswith(_COLOR_SLOTS) for slot in self.slots}
-        return len(as_color) > 1 or self.holds_normals is False
+
+def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> _Look:
+    try:
+        pixels = decoder.pixels(picture)
+    except UndecodableError:
+        return _Look(tested=False)
+    return _Look(
+        alpha_used=bool((pixels[..., 3] < _OPAQUE).any()),
+        luminance=_luminance(pixels) if "base_color" in slots else None,
+        holds_normals=bool(pixels[..., 2].mean() / _OPAQUE > _LEAST_OF_NORMALS)
+        if "normal" in slots
+        else None,
+    )
+
+
+def _has_wrong_color_space(slots: tuple[str, ...], look: _Look) -> bool:
+    as_color = {slot.startswith(_COLOR_SLOTS) for slot in slots}
+    return len(as_color) > 1 or look.holds_normals is False
 
 
 def _uses(content: Content) -> Mapping[int, tuple[str, ...]]:
@@ -172,18 +143,19 @@ def _wastes_alpha(modes: set[str], look: _Look) -> bool:
 
 def _luminance(pixels: NDArray[np.uint8]) -> tuple[float, float, float]:
     """Mean, 1st and 99th percentile of what is not transparent, from a histogram."""
-    shown = pixels[pixels[..., 3] > 0][:, :3]
-    if len(shown) == 0:
+    counts = np.zeros(_OPAQUE + 1, dtype=np.int64)
+    for rows in np.array_split(pixels, -(-len(pixels) // _ROWS)):
+        shown = rows[rows[..., 3] > 0][:, :3]
+        values = np.rint(shown @ np.array(_LUMINANCE)).astype(np.int64)
+        counts += np.bincount(values, minlength=len(counts))
+    if counts.sum() == 0:
         return 0.0, 0.0, 0.0
-    values = np.rint(shown @ np.array(_LUMINANCE)).astype(np.int64)
-    counts = np.bincount(values, minlength=256)
     shares = np.cumsum(counts) / counts.sum()
     low, high = np.searchsorted(shares, (0.01, 0.99))
     return float((counts * np.arange(len(counts))).sum() / counts.sum()), float(low), float(high)
 
 
-def _record(look: _Look) -> ImageRecord:
-    picture = look.picture
+def _record(picture: Picture, slots: tuple[str, ...], look: _Look) -> ImageRecord:
     width, height = picture.width, picture.height
     mean, low, high = look.luminance or (None, None, None)
     known = width is not None and height is not None
@@ -194,7 +166,7 @@ def _record(look: _Look) -> ImageRecord:
         height=height,
         bytes=len(picture.image.data or b""),
         sha256=picture.sha256,
-        used_as=look.slots,
+        used_as=slots,
         power_of_two=_is_power(width or 0) and _is_power(height or 0) if known else None,
         square=width == height if known else None,
         fault=picture.fault,

@@ -2,103 +2,49 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
-from pydantic import Field
 from scipy import ndimage
 
 from meshcone.assets.pictures import Picture
 from meshcone.audit.coverage import coverage, texels_in_boxes
-from meshcone.audit.records import Section
-from meshcone.audit.subject import UV_SETS_READ, Subject
+from meshcone.audit.records.uv import Uv, UvSet
+from meshcone.audit.subject import UV_SETS_READ, Seen, Subject
 from meshcone.surface.arrays import Bools, Floats
 
 RESOLUTION = 1024
 """Texels along a side, at which overlap, unused share and gutters are found."""
 
 _SMALLEST_RESOLUTION = 64
-_MOST_CENTRES = 60_000_000
+_MOST_CENTRES = 20_000_000  # of all sets and materials together, about 40 ns each
 _ROUNDING = 1e-6  # beyond 0 and 1, as exporters round
 _FLAT = 1e-9  # area by longest side squared
 _WIDEST_GUTTER = 64  # texels
 
 
-class UvSet(Section):
-    """One set of texture coordinates on what is drawn with one material."""
-
-    set: int
-    material: str
-    triangles: int = Field(description="drawn with the material")
-    missing: int = Field(description="triangles without the set")
-    not_finite: int = Field(description="triangles with a coordinate that is no number")
-    degenerate: int = Field(description="triangles with an area, and none in the texture")
-    outside: int = Field(description="triangles that leave 0 to 1")
-    tiles: bool = Field(
-        description="whether a triangle spans more than one tile, as repeated textures do"
+def uv_of(subject: Subject, pictures: tuple[Picture, ...]) -> Uv:
+    """Look at every set of every material."""
+    charts = list(_charts(subject, pictures))
+    centres = _MOST_CENTRES // max(len(charts), 1)
+    found = tuple(_inspect(chart, centres, subject.seen) for chart in charts)
+    return Uv(
+        sets=len(found),
+        missing=sum(each.missing for each in found),
+        not_finite=sum(each.not_finite for each in found),
+        degenerate=sum(each.degenerate for each in found),
+        outside=sum(each.outside for each in found),
+        tiles=any(each.tiles for each in found),
+        overlap_share=_worst(each.overlap_share for each in found),
+        inverted_share=max((each.inverted_share for each in found), default=0.0),
+        unused_share=_worst(each.unused_share for each in found),
+        texel_density_min=_least(each.texel_density_median for each in found),
+        texel_density_max=_greatest(each.texel_density_median for each in found),
+        gutter=_narrowest(found),
+        by_material=found,
     )
-    overlap_share: float | None = Field(
-        description="share of the covered texels that more than one triangle covers; null where "
-        "the coordinates repeat too often to be drawn"
-    )
-    inverted_share: float = Field(
-        description="share of the surface whose coordinates run the other way round than most"
-    )
-    unused_share: float | None = Field(description="share of the texels that nothing covers")
-    texel_density_median: float | None = Field(
-        description="texels per model unit, by area; null without a texture"
-    )
-    texel_density_p5: float | None = Field(description="5th percentile of the same")
-    texel_density_p95: float | None = Field(description="95th percentile of the same")
-    gutter: int | None = Field(
-        description="texels between the closest two islands, at the resolution; null where there "
-        "are fewer than two or they could not be drawn"
-    )
-    resolution: int | None = Field(description="texels along a side that these are found at")
-
-
-class Uv(Section):
-    """All sets together: counts are sums, shares the worst of any set."""
-
-    sets: int = Field(description="pairs of a set and a material")
-    missing: int = Field(description="triangles whose material has a texture and that lack its set")
-    not_finite: int
-    degenerate: int
-    outside: int
-    tiles: bool
-    overlap_share: float | None
-    inverted_share: float
-    unused_share: float | None
-    texel_density_min: float | None = Field(
-        description="least median of any material, in texels per model unit"
-    )
-    texel_density_max: float | None = Field(
-        description="greatest median of any material, in texels per model unit"
-    )
-    gutter: int | None = Field(description="narrowest of any set")
-    by_material: tuple[UvSet, ...]
-
-    @classmethod
-    def of(cls, subject: Subject, pictures: tuple[Picture, ...]) -> Self:
-        """Look at every set of every material."""
-        found = tuple(_inspect(chart) for chart in _charts(subject, pictures))
-        return cls(
-            sets=len(found),
-            missing=sum(each.missing for each in found),
-            not_finite=sum(each.not_finite for each in found),
-            degenerate=sum(each.degenerate for each in found),
-            outside=sum(each.outside for each in found),
-            tiles=any(each.tiles for each in found),
-            overlap_share=_worst(each.overlap_share for each in found),
-            inverted_share=max((each.inverted_share for each in found), default=0.0),
-            unused_share=_worst(each.unused_share for each in found),
-            texel_density_min=_least(each.texel_density_median for each in found),
-            texel_density_max=_greatest(each.texel_density_median for each in found),
-            gutter=_narrowest(found),
-            by_material=found,
-        )
 
 
 @dataclass(frozen=True)
@@ -158,7 +104,7 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
             )
 
 
-def _inspect(chart: _Chart) -> UvSet:
+def _inspect(chart: _Chart, centres: int, seen: Seen) -> UvSet:
     given = chart.has & ~np.isnan(chart.uv).all(axis=(1, 2))
     finite = np.isfinite(chart.uv).all(axis=(1, 2))
     uv, areas, solid = chart.uv[finite], chart.areas[finite], chart.solid[finite]
@@ -172,7 +118,9 @@ def _inspect(chart: _Chart) -> UvSet:
     forward = float(areas[proper & (signed > 0)].sum())
     backward = float(areas[proper & (signed < 0)].sum())
     low, median, high = _densities(chart, areas[proper], np.abs(signed[proper]))
-    raster = _Raster.of(uv[proper])
+    drawn = uv[proper]
+    content = ("raster", hashlib.sha256(drawn.tobytes()).digest(), centres)
+    raster = seen.once(content, lambda: _Raster.of(drawn, centres))
     spans = np.ptp(uv, axis=1).max(axis=1, initial=0.0) if len(uv) else np.zeros(0)
     outside = ((uv < -_ROUNDING) | (uv > 1 + _ROUNDING)).any(axis=(1, 2))
     return UvSet(
@@ -220,10 +168,15 @@ class _Raster:
     gutter: int | None
 
     @staticmethod
-    def of(uv: Floats) -> _Raster | None:
-        """Draw triangles; None where none is left or they repeat too often."""
+    def of(uv: Floats, centres: int) -> _Raster | None:
+        """Draw triangles; None where none is left or they repeat too often.
+
+        Args:
+            uv: (m, 3, 2) coordinates.
+            centres: of texels that may be tested.
+        """
         size = RESOLUTION
-        while size >= _SMALLEST_RESOLUTION and texels_in_boxes(uv, size) > _MOST_CENTRES:
+        while size >= _SMALLEST_RESOLUTION and texels_in_boxes(uv, size) > centres:
             size //= 2
         if len(uv) == 0 or size < _SMALLEST_RESOLUTION:
             return None

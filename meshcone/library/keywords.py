@@ -22,6 +22,7 @@ class OptionKeywords(TypedDict, total=False):
     select: Mapping[str, Any]
     seed: int
     baselines: bool
+    audit: bool
     centroid: Mapping[str, Any]
     surface: Mapping[str, Any]
     cones: Mapping[str, Any]

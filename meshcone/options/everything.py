@@ -73,6 +73,11 @@ class Options(Section):
         description="score plain closest-point projection and Laplacian smoothing of the "
         "source as well",
     )
+    audit: bool = Field(
+        True,
+        description="look at the whole assets as well, and at what else changed: textures, "
+        "materials, texture coordinates, animations; see audit",
+    )
     centroid: CentroidOptions = CentroidOptions()
     surface: SurfaceOptions = SurfaceOptions()
     cones: ConeOptions = ConeOptions()

@@ -1,4 +1,4 @@
-"""The report of one refinement (``meshcone.report/1``) and what is derived from it."""
+"""Reports (``meshcone.report/2``), one model for each mode, and what is derived from them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from meshcone.appearance.records import Appearance
+from meshcone.audit.records import AssetAudit, Changes
 from meshcone.gates.records import GateVerdict
 from meshcone.notices import WarningRecord
 from meshcone.options import Options
@@ -25,6 +26,9 @@ Outcome = Literal[
     "worse",
 ]
 Agreement = Literal["indistinguishable", "different"]
+Schema = Literal["meshcone.report/2"]
+
+SCHEMA: Schema = "meshcone.report/2"
 
 
 class _Record(BaseModel):
@@ -57,6 +61,14 @@ class Inputs(_Record):
 
     source: InputRecord
     reference: InputRecord
+
+
+class Audits(_Record):
+    """What each of the meshes is by itself: the whole asset, not only its surface."""
+
+    source: AssetAudit
+    reference: AssetAudit | None = Field(None, description="absent where there was none")
+    refined: AssetAudit | None = Field(None, description="absent where nothing was refined")
 
 
 class FrameRecord(_Record):
@@ -127,6 +139,7 @@ class Timings(_Record):
     solve: float = 0.0
     quality: float
     write: float = 0.0
+    audit: float = 0.0
     total: float
     metrics: dict[str, float] = Field(
         default_factory=dict,
@@ -137,7 +150,8 @@ class Timings(_Record):
 class MeasureReport(_Record):
     """Metrics of a mesh against a reference, nothing moved."""
 
-    schema_: Literal["meshcone.measure/1"] = Field("meshcone.measure/1", alias="schema")
+    schema_: Schema = Field(SCHEMA, alias="schema")
+    mode: Literal["measure"] = "measure"
     version: str
     outcome: Agreement = Field(description="whether samples can tell the two surfaces apart")
     inputs: Inputs
@@ -147,6 +161,12 @@ class MeasureReport(_Record):
     quality: Quality
     appearance: Appearance | None = Field(
         None, description="absent where the reference has no colours, or where it was turned off"
+    )
+    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
+    changes: Changes | None = Field(
+        None,
+        description="what differs in the source from the reference besides the surface; absent "
+        "where the option `audit` is false",
     )
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
@@ -161,7 +181,8 @@ class MeasureReport(_Record):
 class Report(_Record):
     """Everything a refinement says of itself."""
 
-    schema_: Literal["meshcone.report/1"] = Field("meshcone.report/1", alias="schema")
+    schema_: Schema = Field(SCHEMA, alias="schema")
+    mode: Literal["refine"] = "refine"
     version: str
     outcome: Outcome
     inputs: Inputs
@@ -171,6 +192,12 @@ class Report(_Record):
     quality: Quality
     appearance: Appearance | None = Field(
         None, description="absent where the reference has no colours, or where it was turned off"
+    )
+    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
+    changes: Changes | None = Field(
+        None,
+        description="what differs in the source from the reference besides the surface; absent "
+        "where the option `audit` is false",
     )
     output: OutputRecord
     displacement: Displacement

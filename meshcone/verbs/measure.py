@@ -10,6 +10,7 @@ from meshcone.gates.judge import judged
 from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.pair import read_pair
+from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.outcome import decide_agreement
 from meshcone.report.report import MeasureReport, Timings
@@ -59,6 +60,15 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         appearance = scorer.appearance(*pair.paints)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
         warnings += appearance_warnings(appearance)
+    with watch.stage("audit"):
+        found = (
+            audited(
+                Audited(source, pair.source_asset, quality.input.validity),
+                Audited(reference, pair.reference_asset, quality.floor.validity),
+            )
+            if options.audit
+            else None
+        )
     report = MeasureReport(
         version=version("meshcone"),
         outcome=decide_agreement(quality.input, quality.floor),
@@ -68,11 +78,14 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         options=options,
         quality=quality,
         appearance=appearance,
+        asset=found and found.asset,
+        changes=found and found.changes,
         warnings=warnings,
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],
             quality=watch.seconds["quality"],
+            audit=watch.seconds["audit"],
             total=watch.total,
             metrics=scorer.seconds,
         ),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import PurePath
 
+from meshcone.assets import Asset
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile
 from meshcone.conflict_words import in_words
@@ -23,6 +24,7 @@ from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
+from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.misfit import misfit
 from meshcone.report.outcome import decide_outcome
@@ -111,6 +113,9 @@ def refine(
     with watch.stage("quality"):
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         report = _report(pair, scorer, options, problem, solved, written)
+    with watch.stage("audit"):
+        if options.audit:
+            report = _with_audit(report, pair, written)
     return Refinement(
         name=written.record.name,
         data=written.data,
@@ -132,10 +137,11 @@ def _limited(options: Options, seconds: float | None) -> Options:
 
 @dataclass(frozen=True)
 class _Written:
-    """The refined file and the positions it stores, (n, 3) in the frame."""
+    """The refined file, as written and as read again, and its (n, 3) positions in the frame."""
 
     record: OutputRecord
     data: bytes
+    asset: Asset
     positions: Floats
 
 
@@ -146,7 +152,8 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
         sha256=hashlib.sha256(data).hexdigest(),
         bytes=len(data),
     )
-    return _Written(record, data, pair.written_positions(pair.read_patched(data)))
+    asset = pair.read_patched(data)
+    return _Written(record, data, asset, pair.written_positions(asset))
 
 
 def _report(
@@ -193,6 +200,18 @@ def _report(
         + _solver_warnings(solver, solved),
         timings=Timings(read=0, quality=0, total=0, metrics=scorer.seconds),
     )
+
+
+def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
+    refined = report.quality.refined
+    assert refined is not None  # noqa: S101 - the report is of a refinement
+    file = MeshFile(written.record.name, written.data, pair.source_file.resources)
+    found = audited(
+        Audited(pair.source_file, pair.source_asset, report.quality.input.validity),
+        Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
+        Audited(file, written.asset, refined.validity),
+    )
+    return report.model_copy(update={"asset": found.asset, "changes": found.changes})
 
 
 def _certificate(
@@ -262,7 +281,7 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[War
 
 
 def _timings(watch: Stopwatch, report: Report) -> Timings:
-    stages = ("read", "align", "solve", "quality", "write")
+    stages = ("read", "align", "solve", "quality", "write", "audit")
     seconds = {name: watch.seconds.get(name, 0.0) for name in stages}
     return Timings(**seconds, total=watch.total, metrics=report.timings.metrics)
 

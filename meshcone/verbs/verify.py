@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pydantic import ValidationError
-
 from meshcone.certificate.checks import Check, Verification
 from meshcone.certificate.file import CertificateFile, read_certificate
 from meshcone.certificate.identity import identity_checks
@@ -26,6 +24,7 @@ from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
+from meshcone.report.reading import parse_report
 from meshcone.report.report import Report
 
 
@@ -36,8 +35,8 @@ def read_report(data: bytes, name: str) -> Report:
         InputError: it is none, or one without a certificate.
     """
     try:
-        report = Report.model_validate_json(data)
-    except ValidationError:
+        report = parse_report(data)
+    except (ValueError, RecursionError):
         raise InputError("this is not a MeshCone report", file=name) from None
     if report.certificate is None:
         raise InputError("the report has no certificate: the input was kept as it was", file=name)

@@ -30,7 +30,7 @@ class DemoResult:
 
     Attributes:
         refined: the refined mesh, in the format of the source.
-        report: ``meshcone.report/1``.
+        report: ``meshcone.report/2``.
         certificate: its certificate, or None where the input was kept.
         diagnostics_csv: the solver's iterations as a table.
     """

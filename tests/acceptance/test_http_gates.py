@@ -56,7 +56,7 @@ def test_its_report_is_a_measurement_with_a_verdict(client: Client, measured: Jo
     report = client.report(measured.id)
 
     gates = report["gates"]
-    assert report["schema"] == "meshcone.measure/1"
+    assert report["schema"] == "meshcone.report/2"
     assert report["options"]["mode"] == "measure"
     assert [check["status"] for check in gates["checks"]] == ["fail", "pass"]
     assert gates["verdict"] == "fail"

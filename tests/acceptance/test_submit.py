@@ -81,7 +81,7 @@ def test_options_go_with_it(stack: Stack, pair: list[str], tmp_path: Path) -> No
     )
 
     assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(report.read_bytes())["schema"] == "meshcone.measure/1"
+    assert json.loads(report.read_bytes())["schema"] == "meshcone.report/2"
 
 
 @pytest.mark.parametrize(

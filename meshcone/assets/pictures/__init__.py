@@ -4,7 +4,6 @@ from meshcone.assets.pictures.decoder import PictureDecoder
 from meshcone.assets.pictures.picture import (
     MOST_TEXELS,
     Picture,
-    PictureFormat,
     UndecodableError,
     grouped_by_content,
     read_picture,
@@ -14,7 +13,6 @@ __all__ = [
     "MOST_TEXELS",
     "Picture",
     "PictureDecoder",
-    "PictureFormat",
     "UndecodableError",
     "grouped_by_content",
     "read_picture",

@@ -8,14 +8,12 @@ import struct
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from meshcone.assets.content import Image
-
-PictureFormat = Literal["png", "jpeg", "webp", "ktx2", "unknown"]
+from meshcone.audit.records.textures import PictureFormat
 
 MOST_TEXELS = 8192 * 8192
 """Of one image that is decoded: 256 MiB as RGBA."""

@@ -11,7 +11,8 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.assets.content import Content
-from meshcone.audit.changes import ROWS_KEPT, Changes
+from meshcone.audit.changes import changes_between
+from meshcone.audit.records.changes import ROWS_KEPT, Changes
 from tests.whole_asset import Document, png, whole
 
 Damage = Callable[[dict[str, Any]], object]
@@ -25,7 +26,7 @@ def after(damage: Damage) -> Changes:
     """What changed in a copy of the asset that was damaged."""
     copy = whole()
     damage(copy.json)
-    return Changes.between(content_of(whole()), content_of(copy))
+    return changes_between(content_of(whole()), content_of(copy))
 
 
 def counted(changes: Changes) -> dict[str, int]:
@@ -126,7 +127,7 @@ def test_another_order_and_another_spelling_are_no_change() -> None:
     }
     document.json = spelled
 
-    assert counted(Changes.between(content_of(whole()), content_of(document))) == {}
+    assert counted(changes_between(content_of(whole()), content_of(document))) == {}
 
 
 def test_a_change_is_told_in_words_with_both_sides() -> None:
@@ -141,7 +142,7 @@ def test_two_things_of_one_name_are_two_things() -> None:
     document = whole()
     document.json["materials"].append({"name": "glass"})
 
-    assert counted(Changes.between(content_of(whole()), content_of(document))) == {
+    assert counted(changes_between(content_of(whole()), content_of(document))) == {
         "added.materials": 1
     }
 
@@ -150,7 +151,7 @@ def test_more_changes_than_are_listed_are_counted() -> None:
     document = whole()
     document.json["cameras"] = [{"name": f"c{number}"} for number in range(ROWS_KEPT + 100)]
 
-    changes = Changes.between(content_of(whole()), content_of(document))
+    changes = changes_between(content_of(whole()), content_of(document))
 
     assert changes.added.cameras == ROWS_KEPT + 100
     assert len(changes.rows) == ROWS_KEPT

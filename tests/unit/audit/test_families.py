@@ -11,18 +11,21 @@ import trimesh
 from PIL import Image
 
 from meshcone.assets import read_asset
-from meshcone.audit import AssetAudit
+from meshcone.audit.asset import audit_asset
+from meshcone.audit.records import AssetAudit
+from meshcone.files import MeshFile
 from tests import shapes
 from tests.whole_asset import SQUARE_FACES, Document, png, square, whole
 
 
 def audit(document: Document) -> AssetAudit:
     data = document.to_bytes()
-    return AssetAudit.of(read_asset("a.gltf", data), len(data))
+    return audit_asset(MeshFile("a.gltf", data), read_asset("a.gltf", data))
 
 
 def audit_obj(data: bytes, **resources: bytes) -> AssetAudit:
-    return AssetAudit.of(read_asset("a.obj", data, resources), len(data))
+    file = MeshFile("a.obj", data, resources)
+    return audit_asset(file, read_asset("a.obj", data, resources))
 
 
 def one_square(**changed: Any) -> Document:
@@ -75,7 +78,7 @@ def test_an_obj_and_its_glb_have_the_same_counts() -> None:
 
     of_obj = audit_obj(shapes.obj(vertices, faces)).budget
     glb = shapes.glb(vertices, faces)
-    of_glb = AssetAudit.of(read_asset("a.glb", glb), len(glb)).budget
+    of_glb = audit_asset(MeshFile("a.glb", glb), read_asset("a.glb", glb)).budget
 
     for name in ("triangles", "vertices", "draw_calls", "meshes", "gpu_texture_bytes"):
         assert getattr(of_obj, name) == getattr(of_glb, name), name
@@ -202,7 +205,7 @@ def test_normals_of_mirroring_and_squeezing_nodes_are_turned_as_viewers_do() -> 
     scene.apply_transform(squeeze)
     moved = scene.export(file_type="glb")
 
-    found = AssetAudit.of(read_asset("a.glb", moved), len(moved)).shading
+    found = audit_asset(MeshFile("a.glb", moved), read_asset("a.glb", moved)).shading
 
     assert found.corners == 3 * len(faces)
     assert (found.opposed_normals, found.zero_normals) == (0, 0)

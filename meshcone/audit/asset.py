@@ -1,0 +1,46 @@
+"""An asset, looked at from every side: a module for each family of checks."""
+
+from __future__ import annotations
+
+from meshcone.assets import Asset
+from meshcone.assets.pictures import read_picture
+from meshcone.audit.budget import budget_of
+from meshcone.audit.geometry import geometry_of
+from meshcone.audit.materials import materials_of
+from meshcone.audit.motion import motion_of
+from meshcone.audit.records import AssetAudit
+from meshcone.audit.shading import shading_of
+from meshcone.audit.size import size_of
+from meshcone.audit.subject import Seen, Subject
+from meshcone.audit.textures import textures_of
+from meshcone.audit.uv import uv_of
+from meshcone.files import MeshFile
+from meshcone.quality.records import Validity
+
+
+def audit_asset(
+    file: MeshFile,
+    asset: Asset,
+    validity: Validity | None = None,
+    seen: Seen | None = None,
+) -> AssetAudit:
+    """Look at an asset from every side.
+
+    Args:
+        file: the file and what was sent with it.
+        asset: the same, as read.
+        validity: what was counted on its surface; counted here if it was not.
+        seen: what was found of other assets of the same job, and will be added to.
+    """
+    subject = Subject(file, asset, seen or Seen())
+    pictures = tuple(map(read_picture, subject.content.images))
+    return AssetAudit(
+        budget=budget_of(subject, pictures),
+        size=size_of(subject),
+        geometry=geometry_of(subject, validity),
+        shading=shading_of(subject),
+        uv=uv_of(subject, pictures),
+        textures=textures_of(subject, pictures),
+        materials=materials_of(subject),
+        motion=motion_of(subject),
+    )

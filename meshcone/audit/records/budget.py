@@ -1,0 +1,40 @@
+"""What an asset costs."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from meshcone.audit.records.section import Section
+
+
+class Budget(Section):
+    """Sizes and counts of the whole file; draws are those of the default scene."""
+
+    file_bytes: int = Field(description="size of the file itself")
+    total_bytes: int = Field(description="size of the file and of what was sent with it")
+    buffer_bytes: int = Field(description="size of all buffers, images in them included")
+    image_bytes: int = Field(description="size of all images, compressed as they are stored")
+    gpu_geometry_bytes: int = Field(
+        description="vertex attributes and indices of every mesh that is drawn, as stored"
+    )
+    gpu_texture_bytes: int | None = Field(
+        description="all images as four bytes a texel with mip levels; null where the size of "
+        "one could not be read"
+    )
+    triangles: int = Field(description="drawn, instances counted each time")
+    vertices: int = Field(description="drawn, split at seams as a GPU needs them")
+    draw_calls: int = Field(description="primitives drawn, at every node that places them")
+    meshes: int
+    nodes: int
+    depth: int = Field(description="levels of the node tree")
+    materials: int
+    textures: int = Field(description="textures listed; in an OBJ, maps of its materials")
+    images: int
+    animations: int
+    skins: int
+    joints: int = Field(description="distinct nodes that skins use")
+    morph_targets: int = Field(description="of the mesh with the most")
+    uv_sets: int = Field(description="of the primitive with the most")
+    color_sets: int = Field(description="of the primitive with the most")
+    extensions_used: tuple[str, ...]
+    extensions_required: tuple[str, ...]

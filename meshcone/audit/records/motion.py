@@ -1,0 +1,34 @@
+"""The skins and animations of an asset."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from meshcone.audit.records.section import Section
+
+
+class AnimationRecord(Section):
+    """One animation."""
+
+    name: str
+    duration: float = Field(description="seconds")
+    channels: int
+    keys: int
+
+
+class Motion(Section):
+    """Skins by the corners of all triangles, and animations."""
+
+    skinned_corners: int = Field(description="corners that have joints and weights")
+    weights_not_normalised: int = Field(description="corners whose weights do not add up to 1")
+    weights_not_finite: int
+    weights_negative: int
+    over_four_influences: int = Field(description="corners that more than four joints move")
+    joints_out_of_range: int = Field(description="corners with a joint that the skin does not have")
+    without_skin: int = Field(description="corners with weights at a node without a skin")
+    unweighted: int = Field(description="corners of a skinned node that no joint moves")
+    animations: tuple[AnimationRecord, ...]
+    longest: float = Field(description="seconds of the longest animation")
+    empty_animations: int = Field(description="animations without a sound channel")
+    channels_not_finite: int
+    channels_without_target: int = Field(description="channels that move no node")

@@ -1,0 +1,66 @@
+"""The images of an asset and how its materials use them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from meshcone.audit.records.section import Section
+
+PictureFormat = Literal["png", "jpeg", "webp", "ktx2", "unknown"]
+
+
+class ImageRecord(Section):
+    """One image."""
+
+    name: str
+    format: PictureFormat
+    width: int | None
+    height: int | None
+    bytes: int
+    sha256: str | None
+    used_as: tuple[str, ...] = Field(description="slots of materials that it is bound to")
+    power_of_two: bool | None
+    square: bool | None
+    fault: str | None = Field(description="why it cannot be read, if it cannot")
+    luminance_mean: float | None = Field(
+        description="of a base colour, 0 to 255 as encoded; null for others and where it was not "
+        "decoded"
+    )
+    luminance_p1: float | None = Field(description="1st percentile of the same")
+    luminance_p99: float | None = Field(description="99th percentile of the same")
+    alpha_used: bool | None = Field(
+        description="whether any texel is not opaque; null where it was not decoded"
+    )
+
+
+class Textures(Section):
+    """All images together, and each of them."""
+
+    count: int
+    missing: int = Field(description="images that were not sent or cannot be had")
+    unreadable: int = Field(description="images that are damaged or of an unknown format")
+    not_tested: int = Field(description="images whose pixels were not decoded")
+    not_power_of_two: int
+    not_square: int
+    largest_width: int
+    largest_height: int
+    smallest_width: int
+    smallest_height: int
+    duplicates: int = Field(description="images with the bytes of an earlier one")
+    unused: int = Field(description="images that no material uses")
+    wrong_color_space: int = Field(
+        description="images bound both as colour and as data, or as a normal map that no normals "
+        "are in"
+    )
+    base_color_luminance_min: float | None = Field(
+        description="least 1st percentile of the luminance of a base colour, 0 to 255"
+    )
+    base_color_luminance_max: float | None = Field(
+        description="greatest 99th percentile of the luminance of a base colour, 0 to 255"
+    )
+    unused_alpha: int = Field(
+        description="base colours with transparent texels in materials that are all opaque"
+    )
+    images: tuple[ImageRecord, ...]

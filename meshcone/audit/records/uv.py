@@ -1,0 +1,62 @@
+"""The texture coordinates of an asset, per set and material."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from meshcone.audit.records.section import Section
+
+
+class UvSet(Section):
+    """One set of texture coordinates on what is drawn with one material."""
+
+    set: int
+    material: str
+    triangles: int = Field(description="drawn with the material")
+    missing: int = Field(description="triangles without the set")
+    not_finite: int = Field(description="triangles with a coordinate that is no number")
+    degenerate: int = Field(description="triangles with an area, and none in the texture")
+    outside: int = Field(description="triangles that leave 0 to 1")
+    tiles: bool = Field(
+        description="whether a triangle spans more than one tile, as repeated textures do"
+    )
+    overlap_share: float | None = Field(
+        description="share of the covered texels that more than one triangle covers; null where "
+        "the coordinates repeat too often to be drawn"
+    )
+    inverted_share: float = Field(
+        description="share of the surface whose coordinates run the other way round than most"
+    )
+    unused_share: float | None = Field(description="share of the texels that nothing covers")
+    texel_density_median: float | None = Field(
+        description="texels per model unit, by area; null without a texture"
+    )
+    texel_density_p5: float | None = Field(description="5th percentile of the same")
+    texel_density_p95: float | None = Field(description="95th percentile of the same")
+    gutter: int | None = Field(
+        description="texels between the closest two islands, at the resolution; null where there "
+        "are fewer than two or they could not be drawn"
+    )
+    resolution: int | None = Field(description="texels along a side that these are found at")
+
+
+class Uv(Section):
+    """All sets together: counts are sums, shares the worst of any set."""
+
+    sets: int = Field(description="pairs of a set and a material")
+    missing: int = Field(description="triangles whose material has a texture and that lack its set")
+    not_finite: int
+    degenerate: int
+    outside: int
+    tiles: bool
+    overlap_share: float | None
+    inverted_share: float
+    unused_share: float | None
+    texel_density_min: float | None = Field(
+        description="least median of any material, in texels per model unit"
+    )
+    texel_density_max: float | None = Field(
+        description="greatest median of any material, in texels per model unit"
+    )
+    gutter: int | None = Field(description="narrowest of any set")
+    by_material: tuple[UvSet, ...]

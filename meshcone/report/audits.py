@@ -1,0 +1,65 @@
+"""The audits of a job's meshes, and what changed between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from meshcone.assets import Asset
+from meshcone.audit.asset import audit_asset
+from meshcone.audit.changes import changes_between
+from meshcone.audit.records import AssetAudit, Changes
+from meshcone.audit.subject import Seen
+from meshcone.files import MeshFile
+from meshcone.quality.records import Validity
+from meshcone.report.report import Audits
+
+
+@dataclass(frozen=True)
+class Audited:
+    """A mesh to audit.
+
+    Attributes:
+        file: as sent, or as written.
+        asset: the same, as read.
+        validity: what was counted on its surface.
+    """
+
+    file: MeshFile
+    asset: Asset
+    validity: Validity
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a report says of whole assets, besides their surfaces.
+
+    Attributes:
+        asset: each by itself.
+        changes: of the source against the reference, if there is one.
+    """
+
+    asset: Audits
+    changes: Changes | None
+
+
+def audited(source: Audited, reference: Audited | None, refined: Audited | None = None) -> Findings:
+    """Look at each of the meshes from every side, and at what else changed.
+
+    Args:
+        source: the mesh that was sent.
+        reference: what it should have been, if there is such a mesh.
+        refined: the source with its vertices elsewhere, if it was refined.
+    """
+    seen = Seen()
+
+    def audit(mesh: Audited) -> AssetAudit:
+        return audit_asset(mesh.file, mesh.asset, mesh.validity, seen)
+
+    asset = Audits(
+        source=audit(source),
+        reference=None if reference is None else audit(reference),
+        refined=None if refined is None else audit(refined),
+    )
+    if reference is None:
+        return Findings(asset, None)
+    return Findings(asset, changes_between(reference.asset.content(), source.asset.content()))
