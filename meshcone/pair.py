@@ -11,6 +11,7 @@ from meshcone.assets import Asset, read_asset
 from meshcone.assets.policy import WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.gates.rules import GateTable
 from meshcone.notices import Code, Notice, Side, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.records import Validity
@@ -85,6 +86,11 @@ class Pair:
         moved = transform_points(alignment.matrix, self.source_asset.vertices)
         source = Mesh(self.frame.into(moved), self.source.faces)
         return replace(self, source=source, alignment=alignment)
+
+    def unit(self, gates: GateTable) -> str:
+        """Name the unit of the reference: as the gates call it, metres for glTF, or "units"."""
+        named = next((rule.unit for rule in gates.values() if rule.unit), None)
+        return named or ("m" if self.reference_asset.format in ("glb", "gltf") else "units")
 
     def alignment_record(self) -> AlignmentRecord | None:
         """Describe the alignment for a report."""

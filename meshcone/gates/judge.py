@@ -12,6 +12,7 @@ from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
+from meshcone.quality.deviation.records import ProvenInterval
 from meshcone.report.report import MeasureReport, Report
 
 SameReport = TypeVar("SameReport", Report, MeasureReport)
@@ -56,7 +57,11 @@ def _check(
         finding = _compare_words(key, found.value, allowed)
     else:
         assert isinstance(allowed, float)  # noqa: S101 - require_known has seen to it
-        finding = _Comparison(report, key, rule, bound, allowed).with_value(found.value)
+        comparison = _Comparison(report, key, rule, bound, allowed)
+        if isinstance(found.value, ProvenInterval):
+            finding = comparison.with_interval(found.value)
+        else:
+            finding = comparison.with_value(found.value)
     return GateCheck(
         key=key,
         bound=bound,
@@ -114,6 +119,34 @@ class _Comparison:
         words = "".join(self._words(value, limit, base, within=within))
         position = None if within else self._worst_position()
         return _Finding(value, limit, "pass" if within else "fail", words, position)
+
+    def with_interval(self, found: ProvenInterval) -> _Finding:
+        """Decide by the end that proves it; between the ends nothing is decided."""
+        lower, upper = found.lower, found.upper
+        if self.bound.endswith("_model"):
+            lower, upper = found.lower_model, found.upper_model
+        if self._is_upper:
+            within, beyond = _at_most(upper, self.allowed), not _at_most(lower, self.allowed)
+        else:
+            within, beyond = _at_most(self.allowed, lower), not _at_most(self.allowed, upper)
+        value = upper if within == self._is_upper else lower
+        status: Status = "pass" if within else "fail" if beyond else "not_tested"
+        words = f"{name_of(self.key)} "
+        if status == "not_tested":
+            words += f"between {number(lower, upper)} and {self._with_unit(upper, lower)}"
+        else:
+            words += "at most " if value == upper else "at least "
+            words += self._with_unit(value, self.allowed)
+        if status == "fail" and self._is_upper:
+            words += f" at {point(found.at)}"
+        words += ", allowed " if self._is_upper else ", at least "
+        words += self._with_unit(self.allowed, value)
+        if not self._is_upper:
+            words += " required"
+        if status == "not_tested":
+            words += ": not decided within `deviation.pieces`"
+        position = found.at if status == "fail" else None
+        return _Finding(value, self.allowed, status, words, position)
 
     @property
     def _is_upper(self) -> bool:

@@ -21,11 +21,12 @@ from meshcone.errors import InputError
 from meshcone.gates.rules import Allowed, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.notices import WARNINGS, warnings_named
+from meshcone.quality.deviation.records import ProvenInterval
 from meshcone.quality.records import Metrics
 from meshcone.report.report import MeasureReport, Report
 from meshcone.suggestions import did_you_mean
 
-Kind = Literal["number", "truth", "word"]
+Kind = Literal["number", "interval", "truth", "word"]
 Mode = Literal["refine", "measure"]
 
 NOT_TESTED = "not_tested"  # how a report states a value it did not determine, besides null
@@ -57,11 +58,11 @@ class Found:
 
     Attributes:
         path: where it stands.
-        value: a number, truth value or word; None where the report leaves it open.
+        value: a number, interval, truth value or word; None where the report leaves it open.
     """
 
     path: str
-    value: float | bool | str | None
+    value: float | bool | str | ProvenInterval | None
 
 
 def require_known(gates: GateTable, mode: Mode) -> None:
@@ -157,9 +158,10 @@ def _require_possible(key: str, value: Known, allowed: Allowed) -> None:
 
 def _wanted(key: str, kind: Kind, bound: str, mode: Mode) -> str | None:
     """Say what a bound is for, if not for this value."""
-    if (bound == "equals" and kind == "number") or (bound == "one_of" and kind != "word"):
+    numeric = kind in ("number", "interval")
+    if (bound == "equals" and numeric) or (bound == "one_of" and kind != "word"):
         return "words and yes-or-no values" if bound == "equals" else "words"
-    if bound not in ("equals", "one_of") and kind != "number":
+    if bound not in ("equals", "one_of") and not numeric:
         return "numbers"
     if bound.endswith("_model") and not is_distance(key):
         return "distances"
@@ -187,6 +189,8 @@ def _leaves_of(annotation: Any, path: str) -> Iterator[tuple[str, Known]]:
     elif origin is not None and issubclass(origin, Mapping):
         yield from _leaves_of(get_args(annotation)[1], f"{path}.{_ANY}")
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        if issubclass(annotation, ProvenInterval):
+            yield path, Known("interval")
         yield from _leaves(annotation, f"{path}.")
     elif annotation in _KINDS:
         yield path, Known(_KINDS[annotation])

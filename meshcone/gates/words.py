@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from meshcone.gates.rules import Allowed
 
 _NAMES = {
+    "deviation.max": "proven deviation",
+    "deviation.extra": "proven distance that the mesh goes beyond the reference",
+    "deviation.missing": "proven distance that the reference is not covered",
     "point_to_surface.mean": "mean deviation",
     "point_to_surface.rms": "root mean square deviation",
     "point_to_surface.p95": "deviation of all but the worst 5 % of the surface",

@@ -28,6 +28,7 @@ class OptionKeywords(TypedDict, total=False):
     cones: Mapping[str, Any]
     solver: Mapping[str, Any]
     quality: Mapping[str, Any]
+    deviation: Mapping[str, Any]
 
 
 def options_from(keywords: Mapping[str, Any], mode: Mode) -> Options:

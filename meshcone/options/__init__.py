@@ -6,6 +6,7 @@ to the reference's radius (the unit sphere of the paper) unless a field says oth
 """
 
 from meshcone.options.cones import ConeOptions, EdgeCapOptions, Length, PinOptions
+from meshcone.options.deviation import DeviationOptions
 from meshcone.options.everything import Formulation, Mode, Options
 from meshcone.options.files import SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
@@ -22,6 +23,7 @@ __all__ = [
     "OPTIONS_VERSION",
     "CentroidOptions",
     "ConeOptions",
+    "DeviationOptions",
     "EdgeCapOptions",
     "Formulation",
     "Length",

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
+from meshcone.options.deviation import DeviationOptions
 from meshcone.options.files import SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
@@ -83,6 +84,7 @@ class Options(Section):
     cones: ConeOptions = ConeOptions()
     solver: SolverOptions = SolverOptions()
     quality: QualityOptions = QualityOptions()
+    deviation: DeviationOptions = DeviationOptions()
 
     @model_validator(mode="before")
     @classmethod

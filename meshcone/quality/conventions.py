@@ -22,7 +22,7 @@ class _Definition:
 _DEFINITIONS = {
     "point_to_surface": _Definition(
         "exact distance of samples of either surface to the other's triangles; max: of samples "
-        "and vertices",
+        "and vertices, so a lower bound of the largest distance there is; see deviation.max",
         "radius",
     ),
     "chamfer": _Definition("mean d² A→B + mean d² B→A between samples (PyTorch3D)", "radius²"),

@@ -19,7 +19,10 @@ class PointToSurface(_Record):
     mean: float = Field(description="mean of the two directed means")
     rms: float = Field(description="root of the mean of the two directed mean squares")
     p95: float = Field(description="95th percentile over the samples of both directions")
-    max: float = Field(description="largest distance in either direction, of samples and vertices")
+    max: float = Field(
+        description="largest distance in either direction, of samples and vertices: a lower "
+        "bound of the largest distance there is, see `deviation.max`"
+    )
     max_at: tuple[float, float, float] = Field(
         description="the point that far from the other surface, in the frame"
     )

@@ -14,6 +14,7 @@ from meshcone.gates.records import GateVerdict
 from meshcone.notices import WarningRecord
 from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
+from meshcone.quality.deviation.records import Deviation
 from meshcone.quality.records import Quality, Validity
 
 Outcome = Literal[
@@ -147,12 +148,25 @@ class Timings(_Record):
     )
 
 
+Statement = Annotated[
+    str | None,
+    Field(
+        description="what is proven of the deviation, in one sentence and in model units; absent "
+        "where nothing is"
+    ),
+]
+ProvenSection = Annotated[
+    Deviation | None, Field(description="absent where the option `deviation.prove` is false")
+]
+
+
 class MeasureReport(_Record):
     """Metrics of a mesh against a reference, nothing moved."""
 
     schema_: Schema = Field(SCHEMA, alias="schema")
     mode: Literal["measure"] = "measure"
     version: str
+    statement: Statement = None
     outcome: Agreement = Field(description="whether samples can tell the two surfaces apart")
     inputs: Inputs
     frame: FrameRecord
@@ -168,6 +182,7 @@ class MeasureReport(_Record):
         description="what differs in the source from the reference besides the surface; absent "
         "where the option `audit` is false",
     )
+    deviation: ProvenSection = None
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
     timings: Timings
@@ -184,6 +199,7 @@ class Report(_Record):
     schema_: Schema = Field(SCHEMA, alias="schema")
     mode: Literal["refine"] = "refine"
     version: str
+    statement: Statement = None
     outcome: Outcome
     inputs: Inputs
     frame: FrameRecord
@@ -199,6 +215,7 @@ class Report(_Record):
         description="what differs in the source from the reference besides the surface; absent "
         "where the option `audit` is false",
     )
+    deviation: ProvenSection = None
     output: OutputRecord
     displacement: Displacement
     solver: SolverReport

@@ -8,6 +8,8 @@ from meshcone.appearance.records import Appearance
 from meshcone.options import Options, QualityOptions
 from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
+from meshcone.quality.deviation.bars import bars_of
+from meshcone.quality.deviation.proving import ProvenDeviation, prove_deviation
 from meshcone.quality.metrics import compare
 from meshcone.quality.records import Baselines, Metrics, Quality
 from meshcone.quality.sampled import SampledSurface, Sampling
@@ -99,6 +101,23 @@ class Scorer:
                 Painted(self._input, source),
                 Painted(self._reference, reference),
                 self._again,
+            )
+
+    def deviation(self, frame: Frame) -> ProvenDeviation | None:
+        """Prove how far the mesh judged last and the reference go from each other.
+
+        Args:
+            frame: the frame the meshes are in.
+
+        Returns:
+            None where the options ask for no proof.
+        """
+        if not self._options.deviation.prove:
+            return None
+        bars = bars_of(self._options.gates, frame.radius)
+        with self._watch.stage("deviation"):
+            return prove_deviation(
+                self._judged, self._reference, frame, self._options.deviation, bars
             )
 
     def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:

@@ -15,6 +15,7 @@ from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.outcome import decide_agreement
 from meshcone.report.report import MeasureReport, Timings
 from meshcone.report.scoring import Scorer
+from meshcone.report.statement import statement
 from meshcone.stopwatch import Stopwatch
 from meshcone.views.scene import Scene
 
@@ -58,6 +59,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
+        proven = scorer.deviation(pair.frame)
         warnings = pair.warnings(quality.input.validity, quality.floor.validity)
         warnings += appearance_warnings(appearance)
     with watch.stage("audit"):
@@ -71,6 +73,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         )
     report = MeasureReport(
         version=version("meshcone"),
+        statement=proven and statement(proven.record, pair.unit(options.gates)),
         outcome=decide_agreement(quality.input, quality.floor),
         inputs=pair.inputs(quality.input.validity, quality.floor.validity),
         frame=pair.frame_record(),
@@ -80,6 +83,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         appearance=appearance,
         asset=found and found.asset,
         changes=found and found.changes,
+        deviation=proven and proven.record,
         warnings=warnings,
         timings=Timings(
             read=watch.seconds["read"],

@@ -30,6 +30,7 @@ from meshcone.report.misfit import misfit
 from meshcone.report.outcome import decide_outcome
 from meshcone.report.report import Displacement, OutputRecord, Report, Timings
 from meshcone.report.scoring import Scorer
+from meshcone.report.statement import statement
 from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats, row_lengths
@@ -175,8 +176,10 @@ def _report(
             solved.final, program_positions, options.solver.tolerance, problem.magnification
         )
     solver = _solver_report(options, solved)
+    proven = scorer.deviation(pair.frame)
     return Report(
         version=version("meshcone"),
+        statement=proven and statement(proven.record, pair.unit(options.gates)),
         outcome=decide_outcome(
             before=scorer.input,
             after=after,
@@ -191,6 +194,7 @@ def _report(
         options=options,
         quality=scorer.quality(after, pair.frame),
         appearance=appearance,
+        deviation=proven and proven.record,
         output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,

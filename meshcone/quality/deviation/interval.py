@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from meshcone.quality.deviation.leaves import Leaves
+from meshcone.quality.deviation.points import Hints
 from meshcone.quality.deviation.search import Farthest, Level, Search
 from meshcone.surface import Mesh
+
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class Asked:
         return self._undecided if self.bars else self._narrow
 
     def _undecided(self, met: float) -> float:
-        return min((bar for bar in self.bars if bar >= met), default=float("inf"))
+        left = min((bar for bar in self.bars if bar >= met), default=float("inf"))
+        return left * (1 - _ROUNDING)  # whoever compares may have rounded bar and bound
 
     def _narrow(self, met: float) -> float:
         return max(met + self.width, met / (1 - self.share))
@@ -67,16 +71,24 @@ class Interval:
     pieces: int
 
 
-def directed_deviation(mesh: Mesh, reference: Mesh, asked: Asked) -> Interval:
+def directed_deviation(
+    mesh: Mesh, reference: Mesh, asked: Asked, hints: Hints | None = None
+) -> Interval:
     """Bound the largest distance of any point of ``mesh`` from ``reference``.
 
     This is the one-sided Hausdorff distance. The bounds hold for every point of every
     triangle, not for samples; meshes may be any triangles, closed or not, in any order.
 
+    Args:
+        mesh: whose points are asked about.
+        reference: in the same unit.
+        asked: when to stop.
+        hints: what is known of the two already.
+
     Raises:
         InputError: a mesh has no faces or a position that is not finite.
     """
-    search = Search(mesh, reference)
+    search = Search(mesh, reference, hints)
     search.run(asked.level, asked.most_pieces)
     farthest = search.farthest()
     lower, upper = farthest.distance, search.upper

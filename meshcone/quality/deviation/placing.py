@@ -6,7 +6,8 @@ u = 2⁻⁵³ the unit roundoff of IEEE double precision. In units of u·s, an u
 too low by at most
 
 ========  ==========================================================================
-    4     placing: each coordinate of a vertex is rounded once, √3 for either mesh
+   11     placing: each coordinate of a vertex is rounded once here, √3 for either mesh,
+          and may have been rounded twice on its way into the frame
  1740     cutting: the point where an edge of a piece is cut is off by 5√3, whatever
           the piece. A corner that is off by δ moves no point of a piece by more than
           δ, and what the cuts above a piece have moved adds up, over at most 200 cuts
@@ -17,7 +18,7 @@ too low by at most
           numbers of 2⁻²⁴ and add up to 1 exactly
 ========  ==========================================================================
 
-1790 in all, where 2048 are allowed. A lower bound needs fewer: 4 for placing, 9 for a point
+1797 in all, where 2048 are allowed. A lower bound needs fewer: 11 for placing, 9 for a point
 computed from a face's corners and 28 for heights over a supporting plane. Scaling is by a
 power of two, which is exact.
 """

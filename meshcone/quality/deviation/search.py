@@ -19,7 +19,7 @@ from meshcone.quality.deviation.equal_faces import equal_faces
 from meshcone.quality.deviation.games import mixed_bound, single_face_bound
 from meshcone.quality.deviation.pieces import Pieces
 from meshcone.quality.deviation.placing import MOST_CUTS_DEEP, Placed
-from meshcone.quality.deviation.points import KnownPoints
+from meshcone.quality.deviation.points import Hints, KnownPoints
 from meshcone.quality.deviation.triangles import Triangles
 from meshcone.surface import Mesh, SurfaceTree
 from meshcone.surface.arrays import Floats, Ints
@@ -59,16 +59,21 @@ class Search:
         pieces: what the mesh has been cut into, and what bounds each.
     """
 
-    def __init__(self, mesh: Mesh, reference: Mesh) -> None:
+    def __init__(self, mesh: Mesh, reference: Mesh, hints: Hints | None = None) -> None:
         """Prepare a search.
+
+        Args:
+            mesh: whose points are asked about.
+            reference: in the same unit.
+            hints: what is known already.
 
         Raises:
             InputError: a mesh has no faces or a position that is not finite.
         """
         self._placed = Placed.of(mesh, reference)
         self._triangles = Triangles(self._placed.reference)
-        tree = SurfaceTree(self._placed.reference)
-        self._points = KnownPoints(self._placed.mesh, tree, self._triangles)
+        hints = hints or Hints(SurfaceTree(reference))
+        self._points = KnownPoints(self._placed, hints, self._triangles)
         self.pieces = Pieces(self._placed.mesh.faces)
         self._equal = self._begin()
 
@@ -121,11 +126,10 @@ class Search:
 
         pieces = self.pieces
         left = np.flatnonzero(~pieces.cut[: pieces.count])
-        left = left[pieces.bound[left] > bar()]
+        left = left[pieces.bound[left] > self._points.farthest]
         self._look_up(left, bar)
-        if np.isfinite(bar()):
-            for rows in _blocks(left):
-                self._guess(rows)
+        for rows in _blocks(left):
+            self._guess(rows)
         while len(left := left[pieces.bound[left] > bar()]):
             if pieces.count - pieces.faces >= most_pieces:
                 break
@@ -152,6 +156,7 @@ class Search:
         """Bound pieces by how far a corner is and how long the sides from it are."""
         corners = self.pieces.corners[rows]
         positions, distances = self._points.positions[corners], self._points.distances[corners]
+        distances = np.where(np.isnan(distances), np.inf, distances)  # not asked for
         sides = positions[:, [1, 2, 0]] - positions
         lengths = np.sqrt(np.einsum("kij,kij->ki", sides, sides))
         reach = distances + np.maximum(lengths, lengths[:, [2, 0, 1]])

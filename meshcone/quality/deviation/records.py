@@ -1,0 +1,46 @@
+"""The section ``deviation`` of a report, as data."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ProvenInterval(_Record):
+    """A distance, known to lie between two proven ends; relative to the radius.
+
+    A gate can name the section itself: it passes where the upper end is within the bound,
+    fails where the lower end is beyond it, and is not tested between.
+    """
+
+    lower: float = Field(description="the point `at` is at least this far away")
+    upper: float = Field(description="no point of any triangle is farther")
+    width: float = Field(description="upper minus lower")
+    lower_model: float = Field(description="the lower end in model units")
+    upper_model: float = Field(description="the upper end in model units, rounded up")
+    at: tuple[float, float, float] = Field(
+        description="the farthest point that was met, in model units; where the source was "
+        "aligned, in the place it was brought to"
+    )
+    proven: bool = Field(
+        description="whether the interval is what was asked for: narrow enough, or enough to "
+        "decide the gates about it; both ends hold in any case"
+    )
+
+
+class Deviation(_Record):
+    """How far the two surfaces go from each other: of all points of all triangles."""
+
+    extra: ProvenInterval = Field(
+        description="how far the mesh goes beyond the reference: its farthest point's distance"
+    )
+    missing: ProvenInterval = Field(
+        description="how far the reference is not covered: the distance of the point of it "
+        "that is farthest from the mesh"
+    )
+    max: ProvenInterval = Field(
+        description="the larger of both, which is the Hausdorff distance of the surfaces"
+    )
