@@ -29,7 +29,21 @@ class Code(StrEnum):
     meaning: str
 
     SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
-    UNITS_OTHER = "units.other", "source and reference differ in size by a factor of 5 or more"
+    UNITS_FACTOR_10 = "units.factor_10", "one of the two is 10 times the size of the other"
+    UNITS_FACTOR_100 = "units.factor_100", "one of the two is 100 times the size of the other"
+    UNITS_FACTOR_1000 = "units.factor_1000", "one of the two is 1000 times the size of the other"
+    UNITS_FACTOR_25_4 = (
+        "units.factor_25_4",
+        "one of the two is 25.4 times the size of the other, as inches are in millimetres",
+    )
+    UNITS_OTHER = (
+        "units.other",
+        "source and reference differ in size by a factor of 5 or more that is none of these",
+    )
+    POSE_SCALED = "pose.scaled", "the source is the reference's shape in another size"
+    POSE_MIRRORED = "pose.mirrored", "the source is the reference's shape mirrored"
+    POSE_TURNED = "pose.turned", "the source is the reference's shape turned"
+    POSE_MOVED = "pose.moved", "the source is the reference's shape in another place"
     POSE_APART = "pose.apart", "the bounding boxes of source and reference hardly overlap"
     POSE_MISFIT = (
         "pose.misfit",

@@ -136,7 +136,7 @@ class Pair:
         told = [
             notice.about(side, asset.name) for side, asset in sides for notice in asset.warnings
         ]
-        found = data_warnings(self.source, self.reference, source, reference)
+        found = data_warnings(self.source, self.reference, source, reference, self.frame)
         return told + self._writing() + found
 
     def _writing(self) -> list[WarningRecord]:

@@ -13,8 +13,11 @@ import numpy as np
 from meshcone.appearance.records import Appearance
 from meshcone.notices import Code, Side, WarningRecord, warning
 from meshcone.quality.records import Validity
-from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.report.pose_checks import find_pose, size_in_words, unit_factor
+from meshcone.surface import Frame, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.motion import MotionSearch
+from meshcone.surface.similarity import transform_points
 
 _SAMPLES = 5000
 _SEED = 0
@@ -29,7 +32,7 @@ _INSIDE_OUT = 0.6
 
 
 def data_warnings(
-    source: Mesh, reference: Mesh, found: Validity, reference_found: Validity
+    source: Mesh, reference: Mesh, found: Validity, reference_found: Validity, frame: Frame
 ) -> list[WarningRecord]:
     """Describe what may be wrong with a pair.
 
@@ -38,6 +41,7 @@ def data_warnings(
         reference: in its own frame, where its radius is 1.
         found: what was counted on the source.
         reference_found: what was counted on the reference.
+        frame: that leads back to model units.
     """
     sides: tuple[tuple[Side, Mesh], ...] = (("source", source), ("reference", reference))
     unusable = [
@@ -47,12 +51,8 @@ def data_warnings(
     ]
     if unusable:
         return unusable
-    misplaced = list(placement(source, reference))
-    # Distances say nothing new of meshes that lie in different places.
-    fit = [] if misplaced else _fit(source, reference)
     return [
-        *misplaced,
-        *fit,
+        *_pose_and_fit(source, reference, frame),
         *_defects("source", source, found),
         *_defects("reference", reference, reference_found),
         *_pieces(found.components, reference_found.components),
@@ -67,6 +67,24 @@ def appearance_warnings(appearance: Appearance | None) -> list[WarningRecord]:
     return [warning(Code.COLORS_NOT_COMPARED, "pair", words)]
 
 
+def _pose_and_fit(source: Mesh, reference: Mesh, frame: Frame) -> list[WarningRecord]:
+    tree, reference_tree = SurfaceTree(source), SurfaceTree(reference)
+    pose = find_pose(MotionSearch(source, reference, tree, reference_tree), frame)
+    if pose is not None:
+        # What else there is to say is said of the shapes where they agree best.
+        back = _carried(source, pose.to_reference)
+        return [*pose.warnings, *_fit(back, SurfaceTree(back), reference, reference_tree)]
+    # Distances say nothing new of meshes that lie in different places.
+    misplaced = list(placement(source, reference))
+    return misplaced or _fit(source, tree, reference, reference_tree)
+
+
+def _carried(mesh: Mesh, matrix: Floats) -> Mesh:
+    """A mesh moved by a (4, 4) similarity; what was outside of it is outside after mirroring."""
+    faces = mesh.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else mesh.faces
+    return Mesh(transform_points(matrix, mesh.vertices), faces)
+
+
 def _has_surface(mesh: Mesh) -> bool:
     used = mesh.vertices[mesh.faces]
     return bool(len(used) and np.isfinite(used).all() and mesh.face_areas.sum() > 0)
@@ -78,12 +96,11 @@ def placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
     extent, reference_extent = high - low, reference_high - reference_low
     ratio = float(extent.max() / reference_extent.max())
     if not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS:
-        size = f"{ratio:.3g} times" if ratio > 1 else f"1/{1 / ratio:.3g} of"
         yield warning(
-            Code.UNITS_OTHER,
+            unit_factor(ratio) or Code.UNITS_OTHER,
             "pair",
-            f"The source is {size} the size of the reference: they may be in different units, "
-            "which aligning by similarity can mend.",
+            f"The source is {size_in_words(ratio)} the size of the reference: they may be in "
+            "different units, which aligning by similarity can mend.",
         )
         return
     shared = np.minimum(high, reference_high) - np.maximum(low, reference_low)
@@ -100,12 +117,14 @@ def placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
         )
 
 
-def _fit(source: Mesh, reference: Mesh) -> list[WarningRecord]:
+def _fit(
+    source: Mesh, source_tree: SurfaceTree, reference: Mesh, reference_tree: SurfaceTree
+) -> list[WarningRecord]:
     used = _used(source)
     chosen = used[:: -(-len(used) // _SAMPLES)]
-    closest = SurfaceTree(reference).closest(source.vertices[chosen])
+    closest = reference_tree.closest(source.vertices[chosen])
     samples = sample_surface(reference, _SAMPLES, _SEED)
-    missed = SurfaceTree(source).closest(samples.points).distances > _FAR
+    missed = source_tree.closest(samples.points).distances > _FAR
     far = closest.distances > _FAR
     told = []
     if far.mean() > _WORTH_TELLING:

@@ -120,6 +120,10 @@ class Registration:
         finished = self._step(best, _FINE_ITERATIONS, _SAMPLES, scaled=scaled)
         return min([np.eye(4), finished], key=lambda matrix: self.matches(matrix).misfit())
 
+    def finished(self, start: Floats) -> Floats:
+        """Bring a (4, 4) similarity, which may mirror, from near the best fit to it."""
+        return self._step(start, _TRIAL_ITERATIONS, _COARSE_SAMPLES, scaled=True)
+
     def _coarse(self, *, scaled: bool) -> list[Floats]:
         import trimesh  # half a second to import, and only this needs it
 

@@ -16,6 +16,7 @@ from tests import shapes
 VERTICES, FACES = shapes.sphere(3, radius=1.0)
 BALL = Mesh(VERTICES, FACES)
 UPPER = FACES[VERTICES[FACES].mean(axis=1)[:, 2] > 0.0]
+FRAME = Frame(np.zeros(3), 1.0)
 FAST: Options = parse_options(
     {
         "effort": "fast",
@@ -38,7 +39,7 @@ def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
 
 def data_warnings(source: Mesh, reference: Mesh) -> list[WarningRecord]:
     found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
-    return data_checks.data_warnings(source, reference, found, reference_found)
+    return data_checks.data_warnings(source, reference, found, reference_found, FRAME)
 
 
 def words(source: Mesh, reference: Mesh) -> list[str]:
@@ -68,8 +69,9 @@ PAIRS = [
     pytest.param(BALL, HALF, "of the source's vertices are farther", id="reference with a hole"),
     pytest.param(HALF, BALL, "of the reference's surface is farther", id="source with a hole"),
     pytest.param(moved(BALL, 25.4), BALL, "25.4 times the size", id="larger unit"),
-    pytest.param(moved(BALL, 0.001), BALL, "1/1e+03 of the size", id="smaller unit"),
-    pytest.param(moved(BALL, x=30), BALL, "Along x the bounding boxes", id="elsewhere"),
+    pytest.param(moved(BALL, 0.001), BALL, "1/1000 of the size", id="smaller unit"),
+    pytest.param(moved(BALL, x=30), BALL, "moved by (30, 0, 0)", id="elsewhere"),
+    pytest.param(moved(HALF, x=30), BALL, "Along x the bounding boxes", id="part elsewhere"),
     pytest.param(INSIDE_OUT, BALL, "100 % of the source's normals oppose", id="inside out"),
     pytest.param(TURNED, BALL, "outsides in opposite directions", id="mixed orientation"),
     pytest.param(SATELLITE, BALL, "in 2 pieces and the reference in 1 piece", id="pieces"),
@@ -102,7 +104,9 @@ def test_a_failure_of_the_data_leaves_finite_positions(
     [
         (BALL, HALF, "coverage.extra", "source"),
         (HALF, BALL, "coverage.missing", "reference"),
-        (moved(BALL, x=30), BALL, "pose.apart", "pair"),
+        (moved(BALL, x=30), BALL, "pose.moved", "pair"),
+        (moved(HALF, x=30), BALL, "pose.apart", "pair"),
+        (moved(HALF, 1000), BALL, "units.factor_1000", "pair"),
         (INSIDE_OUT, BALL, "normals.opposed", "pair"),
         (BALL, FIN, "edges.non_manifold", "reference"),
         (DOUBLED, BALL, "faces.duplicate", "source"),

@@ -1,0 +1,190 @@
+"""Finding the motion after which two surfaces agree, if there is one.
+
+This is a diagnosis and no alignment: most pairs agree after no motion at all, and are to be
+told so in a few milliseconds. A surface's area-weighted moments give its centre, its size and
+its principal axes; a similarity leaves the ratios of its principal moments alone. So pairs
+whose ratios differ are done with at once. For the others the turns and mirrorings that files
+suffer are tried: right angles about the axes of the world, and those that bring principal
+axes together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from meshcone.surface.arrays import Floats
+from meshcone.surface.closest import SurfaceTree
+from meshcone.surface.mesh import Mesh
+from meshcone.surface.registration import Registration
+from meshcone.surface.sampling import sample_surface
+from meshcone.surface.similarity import invert, similarity, transform_points
+
+_SAMPLES = 1000
+_FEW = 32
+_TRIED = 3
+_SEED = 0
+# Principal moments of two tessellations or of a noisy copy of one shape differ by less.
+_MOMENTS = 0.15
+# Distances are relative to the reference's radius.
+_NOTHING = 1e-6
+_NEAR = 0.02  # 95 % of both surfaces must lie as near to the other
+_EXACT = 1e-3
+# The motion must leave no more than this share of the mean distance.
+_LEFT = 0.1
+_PROMISING = 0.5
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A similarity, perhaps with a mirroring, that brings the source onto the reference.
+
+    Attributes:
+        matrix: (4, 4) from the source to the reference, for column vectors.
+        before: mean distance of samples of either surface to the other without it.
+        after: the same with it.
+        exact: whether no sample is left farther than .001 of the radius.
+    """
+
+    matrix: Floats
+    before: float
+    after: float
+    exact: bool
+
+
+class MotionSearch:
+    """Two surfaces, prepared to be compared under motions.
+
+    Args:
+        source: of positive area, in the reference's frame.
+        reference: of positive area, in its own frame, where its radius is 1.
+        source_tree, reference_tree: of the two.
+    """
+
+    def __init__(
+        self, source: Mesh, reference: Mesh, source_tree: SurfaceTree, reference_tree: SurfaceTree
+    ) -> None:
+        self._source, self._reference = source, reference
+        self._source_tree, self._reference_tree = source_tree, reference_tree
+
+    def find(self) -> Motion | None:
+        """The plainest motion that explains how the surfaces differ.
+
+        It must leave a tenth of their mean distance at most, and 95 % of both surfaces within
+        2 % of the radius of the other.
+        """
+        before = self._mean(np.eye(4))
+        if before <= _NOTHING or not self._same_moments():
+            return None
+        candidates = [self._about_centres(linear) for linear in self._turns()]
+        rough = np.array([self._mean(matrix, _FEW) for matrix in candidates])
+        close = rough <= min(2 * rough.min() + _NOTHING, _PROMISING * before)
+        for number in np.flatnonzero(close)[:_TRIED]:
+            motion = self._accepted(candidates[number], before)
+            if motion is not None:
+                return motion
+        return None
+
+    def replaced(self, found: Motion, matrix: Floats) -> Motion | None:
+        """The same with a matrix of rounder numbers, if that explains as much."""
+        distances = self._distances(matrix)
+        if not self._explains(distances, found.before):
+            return None
+        motion = _motion(matrix, found.before, distances)
+        return motion if motion.exact or not found.exact else None
+
+    def _accepted(self, matrix: Floats, before: float) -> Motion | None:
+        distances = self._distances(matrix)
+        if not self._explains(distances, before):
+            matrix = self._registration.finished(matrix)
+            distances = self._distances(matrix)
+        return _motion(matrix, before, distances) if self._explains(distances, before) else None
+
+    def _explains(self, distances: Floats, before: float) -> bool:
+        most = np.quantile(distances, 0.95, axis=1).max()
+        return bool(distances.mean() <= _LEFT * before and most <= _NEAR)
+
+    def _mean(self, matrix: Floats, samples: int = _SAMPLES) -> float:
+        return float(self._distances(matrix, samples).mean())
+
+    def _distances(self, matrix: Floats, samples: int = _SAMPLES) -> Floats:
+        """(2, k) distances of the moved source's samples, and of the reference's."""
+        moved = transform_points(matrix, self._samples[:samples])
+        back = transform_points(invert(matrix), self._searched[:samples])
+        there = self._reference_tree.closest(moved).distances
+        scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
+        return np.stack([there, scale * self._source_tree.closest(back).distances])
+
+    @cached_property
+    def _samples(self) -> Floats:
+        return sample_surface(self._source, _SAMPLES, _SEED).points
+
+    @cached_property
+    def _searched(self) -> Floats:
+        return sample_surface(self._reference, _SAMPLES, _SEED + 1).points
+
+    @cached_property
+    def _registration(self) -> Registration:
+        return Registration(self._source, self._reference, _SEED)
+
+    @cached_property
+    def _moments(self) -> tuple[_Moments, _Moments]:
+        return _Moments.of(self._source), _Moments.of(self._reference)
+
+    def _same_moments(self) -> bool:
+        source, reference = self._moments
+        shares = [each.principal / each.principal.sum() for each in (source, reference)]
+        return bool(np.abs(shares[0] - shares[1]).max() <= _MOMENTS)
+
+    def _about_centres(self, linear: Floats) -> Floats:
+        source, reference = self._moments
+        scale = float(np.sqrt(reference.principal.sum() / source.principal.sum()))
+        return similarity(linear, scale, source.centre, reference.centre)
+
+    def _turns(self) -> list[Floats]:
+        """Orthogonal matrices, the plainest first: none, turns, mirrorings, principal axes."""
+        turns = sorted(Rotation.create_group("O"), key=_plainness)
+        right_angles = [np.round(turn.as_matrix()) for turn in turns]
+        mirrored = [turn @ np.diag([-1.0, 1.0, 1.0]) for turn in right_angles]
+        mirrored.sort(key=lambda matrix: -float(np.trace(matrix)))
+        source, reference = self._moments
+        signs = [np.diag([x, y, z]) for x in (1.0, -1.0) for y in (1.0, -1.0) for z in (1.0, -1.0)]
+        principal = [reference.axes @ sign @ source.axes.T for sign in signs]
+        principal.sort(key=lambda matrix: -float(np.linalg.det(matrix)))
+        return [*right_angles, *mirrored, *principal]
+
+
+@dataclass(frozen=True)
+class _Moments:
+    """Of a surface's area: centre (3,), principal second moments (3,) ascending, axes (3, 3)."""
+
+    centre: Floats
+    principal: Floats
+    axes: Floats
+
+    @staticmethod
+    def of(mesh: Mesh) -> _Moments:
+        areas = mesh.face_areas / mesh.face_areas.sum()
+        corners = mesh.corners
+        middles = corners.mean(axis=1)
+        centre = areas @ middles
+        # ∫ x xᵀ over a triangle is area/12 (Σ pᵢ pᵢᵀ + 9 m mᵀ), with corners pᵢ and mean m.
+        corners, middles = corners - centre, middles - centre
+        second = np.einsum("f,fij,fik->jk", areas, corners, corners)
+        second += 9 * (middles * areas[:, None]).T @ middles
+        principal, axes = np.linalg.eigh(second / 12)
+        return _Moments(centre, np.maximum(principal, 0), axes)
+
+
+def _motion(matrix: Floats, before: float, distances: Floats) -> Motion:
+    return Motion(matrix, before, float(distances.mean()), bool(distances.max() <= _EXACT))
+
+
+def _plainness(turn: Rotation) -> tuple[float, int, float]:
+    """Smaller turns first, then those about an axis of the world, then positive ones."""
+    vector = turn.as_rotvec()
+    oblique = int(np.count_nonzero(np.abs(vector) > 1e-9))
+    return round(float(turn.magnitude()), 6), oblique, -float(vector.sum())
