@@ -5,10 +5,10 @@
     refined = meshcone.refine("source.glb", "reference.glb")
     refined.save("refined.glb")
 
-``refine`` moves the vertices of a mesh, ``measure`` compares and moves nothing, ``gate`` gives a
-verdict, ``verify`` checks a refinement without a solver, and ``load`` reads a mesh once for
-several of them. ``Client`` talks to a service. Errors are in ``meshcone.errors``. The manual is
-``docs/python.md``.
+``refine`` moves the vertices of a mesh, ``measure`` compares and moves nothing, ``audit`` says what
+a whole asset is, ``gate`` gives a verdict, ``verify`` checks a refinement without a solver, and
+``load`` reads a mesh once for several of them. ``Client`` talks to a service. Errors are in
+``meshcone.errors``. The manual is ``docs/python.md``.
 
 Importing this package is cheap: each name is loaded when it is first used.
 """
@@ -21,15 +21,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from meshcone import errors as errors
     from meshcone.certificate.checks import Verification
-    from meshcone.library.functions import gate, measure, refine, verify
+    from meshcone.library.functions import audit, gate, measure, refine, verify
     from meshcone.library.inputs import LoadedMesh, load
-    from meshcone.library.results import Measured, Refined, Verdict
+    from meshcone.library.results import Audited, Measured, Refined, Verdict
     from service.client import Client, ServiceError
 
     __version__: str
 
 # Public names and the modules they are loaded from.
 _HOMES = {
+    "Audited": "meshcone.library.results",
     "Client": "service.client",
     "LoadedMesh": "meshcone.library.inputs",
     "Measured": "meshcone.library.results",
@@ -37,6 +38,7 @@ _HOMES = {
     "ServiceError": "service.client",
     "Verdict": "meshcone.library.results",
     "Verification": "meshcone.certificate.checks",
+    "audit": "meshcone.library.functions",
     "gate": "meshcone.library.functions",
     "load": "meshcone.library.inputs",
     "measure": "meshcone.library.functions",
@@ -45,6 +47,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Audited",
     "Client",
     "LoadedMesh",
     "Measured",
@@ -53,6 +56,7 @@ __all__ = [
     "Verdict",
     "Verification",
     "__version__",
+    "audit",
     "errors",
     "gate",
     "load",

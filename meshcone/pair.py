@@ -108,8 +108,8 @@ class Pair:
     def inputs(self, source: Validity, reference: Validity) -> Inputs:
         """Describe both files for a report, with what was counted on their meshes."""
         return Inputs(
-            source=_describe(self.source_file, self.source_asset, source),
-            reference=_describe(self.reference_file, self.reference_asset, reference),
+            source=describe(self.source_file, self.source_asset, source),
+            reference=describe(self.reference_file, self.reference_asset, reference),
         )
 
     def frame_record(self) -> FrameRecord:
@@ -220,7 +220,8 @@ def read_pair(source: MeshFile, reference: MeshFile) -> Pair:
     )
 
 
-def _describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
+def describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
+    """Describe a file for a report, with what was counted on its mesh."""
     counts = asset.counts()
     return InputRecord(
         name=asset.name,

@@ -12,9 +12,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
+from meshcone.gates.fitting import require_known
 from meshcone.gates.levels import LevelRules
-from meshcone.gates.paths import Mode, known_values, require_known
+from meshcone.gates.paths import known_values
 from meshcone.gates.rules import GateRule, GateTable
+from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 
 
@@ -99,7 +101,7 @@ def parse_gate_file(name: str, data: bytes, mode: Mode) -> GateFile:
     Args:
         name: the file's name.
         data: its bytes.
-        mode: what the gates are for; see :func:`meshcone.gates.paths.require_known`.
+        mode: what the gates are for; see :func:`meshcone.gates.fitting.require_known`.
 
     Raises:
         InputError: it cannot be read, or names what does not exist.
@@ -112,7 +114,7 @@ def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
 
     Args:
         document: what the file says, as mappings.
-        mode: what the gates are for; see :func:`meshcone.gates.paths.require_known`.
+        mode: what the gates are for; see :func:`meshcone.gates.fitting.require_known`.
         name: the file's name, for messages.
 
     Raises:

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import TypeVar
 
-from meshcone.gates.paths import AnyReport, Found, find, value_at
+from meshcone.gates.paths import AnyReport, Found, Value, find, in_reference, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
 from meshcone.quality.deviation.records import ProvenInterval
-from meshcone.report.report import MeasureReport, Report
+from meshcone.report.report import AuditReport, MeasureReport, Report
 
-SameReport = TypeVar("SameReport", Report, MeasureReport)
+SameReport = TypeVar("SameReport", Report, MeasureReport, AuditReport)
 
 # Below this, relative to the radius, a distance is the rounding of the files' own numbers.
 ROUNDING = 1e-9
 _DEVIATION = "point_to_surface"
+_SHOWN = 5  # words of a list
 
 
 def judged(report: SameReport) -> SameReport:
@@ -37,7 +40,7 @@ def judge(report: AnyReport, gates: GateTable) -> GateVerdict:
 
     Args:
         report: of a refinement or a measurement.
-        gates: by the name of a value; see :func:`meshcone.gates.paths.require_known`.
+        gates: by the name of a value; see :func:`meshcone.gates.fitting.require_known`.
     """
     checks = (
         _check(report, key, rule, bound, allowed)
@@ -53,8 +56,8 @@ def _check(
     found = find(report, key)
     if found is None or found.value is None:
         finding = _Finding(None, None, "not_tested", f"{name_of(key)}: {_why_open(found)}")
-    elif isinstance(found.value, bool | str):
-        finding = _compare_words(key, found.value, allowed)
+    elif isinstance(found.value, bool | str | tuple):
+        finding = _compare_words(key, found.value, bound, allowed)
     else:
         assert isinstance(allowed, float)  # noqa: S101 - require_known has seen to it
         comparison = _Comparison(report, key, rule, bound, allowed)
@@ -78,7 +81,7 @@ def _check(
 
 @dataclass(frozen=True)
 class _Finding:
-    value: float | bool | str | None
+    value: Value | None
     limit: float | None
     status: Status
     words: str
@@ -91,11 +94,37 @@ def _why_open(found: Found | None) -> str:
     return "not tested"
 
 
-def _compare_words(key: str, value: bool | str, allowed: Allowed) -> _Finding:
-    fits = value in allowed if isinstance(allowed, tuple) else value == allowed
-    words = f"{name_of(key)}: {stated(value)}"
-    words += "" if fits else f", must be {stated(allowed)}"
-    return _Finding(value, None, "pass" if fits else "fail", words)
+def _compare_words(
+    key: str, value: bool | str | tuple[str, ...], bound: Bound, allowed: Allowed
+) -> _Finding:
+    rule = _RULES.get(bound, "must be")
+    listed = allowed if isinstance(allowed, tuple) else (allowed,)
+    words = value if isinstance(value, tuple) else (value,)
+    if bound == "equals":
+        wrong = [] if Counter(map(str, words)) == Counter(map(str, listed)) else list(words)
+    elif bound == "one_of":
+        wrong = [word for word in words if word not in listed]
+    else:
+        wrong = [word for word in words if _matches(str(word), listed) != (bound == "all_match")]
+    fits = not wrong and (bound != "equals" or len(words) == len(listed))
+    shown = stated(value) if isinstance(value, bool | str) else _some(words if fits else wrong)
+    sentence = f"{name_of(key)}: {shown}" + ("" if fits else f", {rule} {stated(allowed)}")
+    return _Finding(value, None, "pass" if fits else "fail", sentence)
+
+
+_RULES = {"all_match": "must match", "none_match": "must not match"}
+
+
+def _some(words: Sequence[object]) -> str:
+    """Write the first words of a list, and how many there are."""
+    if not words:
+        return "none"
+    more = f" and {len(words) - _SHOWN:,} more" if len(words) > _SHOWN else ""
+    return ", ".join(f"'{word}'" for word in words[:_SHOWN]) + more
+
+
+def _matches(word: str, globs: tuple[object, ...]) -> bool:
+    return any(fnmatchcase(word, str(glob)) for glob in globs)
 
 
 @dataclass(frozen=True)
@@ -111,8 +140,11 @@ class _Comparison:
     def with_value(self, value: float) -> _Finding:
         """Compare the value the report states."""
         base = self._base()
-        if self.bound.endswith("_model"):
-            value, limit = value * self.report.frame.radius, self.allowed
+        if self._is_ratio and base is None:
+            why = "not tested, because the reference has no such value"
+            return _Finding(value, None, "not_tested", f"{name_of(self.key)}: {why}")
+        if self.bound.endswith("_model") and is_distance(self.key):
+            value, limit = value * self._radius, self.allowed
         else:
             limit = self.allowed if base is None else self.allowed * base
         within = _at_most(value, limit) if self._is_upper else _at_most(limit, value)
@@ -149,11 +181,25 @@ class _Comparison:
         return _Finding(value, self.allowed, status, words, position)
 
     @property
+    def _radius(self) -> float:
+        """Of the reference; asked for where a value is a distance, which no audit has."""
+        assert not isinstance(self.report, AuditReport)  # noqa: S101
+        return self.report.frame.radius
+
+    @property
     def _is_upper(self) -> bool:
         return self.bound.startswith("max")
 
+    @property
+    def _is_ratio(self) -> bool:
+        return "_ratio_" in self.bound
+
     def _base(self) -> float | None:
-        """What a ratio is to: the metric of the input or the floor."""
+        """What a ratio is to: the same of the input, the floor or the reference."""
+        if self.bound.endswith("_to_reference"):
+            found = find(self.report, in_reference(self.key))
+            value = None if found is None else found.value
+            return float(value) if isinstance(value, float | int) else None
         for section in ("input", "floor"):
             if self.bound.endswith(f"_to_{section}"):
                 return float(value_at(self.report, f"quality.{section}.{self.key}"))
@@ -178,18 +224,21 @@ class _Comparison:
             yield f": {told[0]}"
 
     def _whose(self) -> str:
-        return "the input's" if self.bound.endswith("_to_input") else "the floor"
+        whose = {"input": "the input's", "floor": "the floor", "reference": "the reference's"}
+        return whose[self.bound.rpartition("_")[2]]
 
     def _with_unit(self, value: float, beside: float) -> str:
         unit = self.rule.unit or "units"
         if self.bound.endswith("_model"):
             return f"{number(value, beside)} {unit}"
         if self.bound in ("max", "min") and is_distance(self.key):
-            model = number(value * self.report.frame.radius)
+            model = number(value * self._radius)
             return f"{number(value, beside)} of the radius ({model} {unit})"
         return number(value, beside)
 
     def _worst_position(self) -> tuple[float, float, float] | None:
+        if isinstance(self.report, AuditReport):
+            return None
         worst = self.report.quality.worst_points
         is_deviation = self.key.partition(".")[0] == _DEVIATION
         return worst[0].position if is_deviation and worst else None

@@ -21,7 +21,7 @@ class GateCheck(_Record):
     key: str = Field(description="the value, as the gate names it")
     bound: Bound = Field(description="what kind of bound it is")
     allowed: Allowed = Field(description="the bound as it was set")
-    value: float | bool | str | None = Field(
+    value: Allowed | None = Field(
         description="as the report states it, or in model units for a bound in model units; "
         "null where it was not tested"
     )

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     StrictBool,
@@ -24,15 +25,23 @@ NumericBound = Literal[
     "min_ratio_to_input",
     "max_ratio_to_floor",
     "min_ratio_to_floor",
+    "max_ratio_to_reference",
+    "min_ratio_to_reference",
 ]
-Bound = Literal[NumericBound, "equals", "one_of"]
+WordBound = Literal["equals", "one_of", "all_match", "none_match"]
+Bound = Literal[NumericBound, WordBound]
 Allowed = float | bool | str | tuple[str, ...]
 
 BOUNDS: tuple[Bound, ...] = get_args(Bound)
 NUMERIC_BOUNDS: tuple[NumericBound, ...] = get_args(NumericBound)
+WORD_BOUNDS: tuple[WordBound, ...] = get_args(WordBound)
 
 # Strict: "0.1" or true where a number belongs is a slip of the writer's, not a bound.
 Number = Annotated[float, Field(strict=True, ge=-1e12, le=1e12, allow_inf_nan=False)]
+Words = tuple[StrictStr, ...]
+Globs = Annotated[
+    Words, BeforeValidator(lambda given: [given] if isinstance(given, str) else given)
+]
 
 
 class GateRule(BaseModel):
@@ -60,10 +69,20 @@ class GateRule(BaseModel):
     min_ratio_to_floor: Number | None = Field(
         None, description="smallest multiple allowed of what the reference scores against itself"
     )
-    equals: StrictBool | StrictStr | None = Field(
-        None, description="what a yes-or-no value or a word must be"
+    max_ratio_to_reference: Number | None = Field(
+        None, description="largest multiple allowed of what the reference has"
     )
-    one_of: tuple[StrictStr, ...] | None = Field(None, description="the words allowed")
+    min_ratio_to_reference: Number | None = Field(
+        None, description="smallest multiple allowed of what the reference has"
+    )
+    equals: StrictBool | StrictStr | Words | None = Field(
+        None, description="what a yes-or-no value, a word or a list must be, in any order"
+    )
+    one_of: Words | None = Field(None, description="the words allowed, also in a list")
+    all_match: Globs | None = Field(
+        None, description="globs, one of which every word must match: `M_*`"
+    )
+    none_match: Globs | None = Field(None, description="globs that no word may match")
     severity: Severity = Field(
         "error", description="whether a value out of bounds fails the asset or is only told"
     )

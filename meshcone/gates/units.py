@@ -1,7 +1,7 @@
 """Which values are distances, and what they are in model units.
 
-A distance in a report is relative to the reference's radius, but for those of the alignment;
-a bound in model units is for these alone.
+A distance in a report is relative to the reference's radius, but for those of the alignment and
+the size of an asset; a bound in model units is for distances alone.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ _DISTANCES = frozenset(
         "deviation",
     }
 )
+_SIZES = frozenset({"size.width", "size.height", "size.depth", "size.diagonal"})
 
 
 def is_distance(key: str) -> bool:
@@ -24,3 +25,11 @@ def is_distance(key: str) -> bool:
     for section in ("quality.input.", "quality.refined.", "quality.floor."):
         key = key.removeprefix(section)
     return key.partition(".")[0] in _DISTANCES and not key.endswith("_model")
+
+
+def is_size(key: str) -> bool:
+    """Whether the value a gate names is a length in model units, as the report states it."""
+    first, _, rest = key.partition(".")
+    for side in ("source.", "reference.", "refined."):
+        rest = rest.removeprefix(side)
+    return first == "asset" and rest in _SIZES

@@ -1,4 +1,4 @@
-"""The verbs as functions: refine, measure, gate and verify."""
+"""The verbs as functions: refine, measure, audit, gate and verify."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from meshcone.gates.files import parse_gate_file, parse_gates
 from meshcone.gates.levels import level_of
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from meshcone.library.keywords import OptionKeywords, options_from, plain
-from meshcone.library.results import Measured, Refined, Verdict
+from meshcone.library.results import Audited, Measured, Refined, Verdict
 from meshcone.local_files import read_bytes
 from meshcone.outputs import certificate_path
 from meshcone.text import as_text
@@ -114,6 +114,40 @@ def _measured(source: LoadedMesh, reference: LoadedMesh, options: Options) -> Me
 
     with one_thread():
         return Measured(source, reference, measurement(source, reference, options))
+
+
+def audit(
+    asset: MeshLike,
+    reference: MeshLike | None = None,
+    *,
+    gates: Mapping[str, Any] | None = None,
+    **options: Unpack[OptionKeywords],
+) -> Audited:
+    """Say what ``asset`` is as a whole, and what changed in it against ``reference``.
+
+    Args:
+        asset: a mesh in any form that :func:`refine` takes; a path with its materials and
+            textures, which are found beside it.
+        reference: the asset it should be like, if there is one.
+        gates: as in :func:`refine`; they can be about ``asset``, ``changes`` and ``warnings``.
+        **options: as in :func:`refine`; ``quality={"intersection_pairs": …}`` matters here.
+
+    Returns:
+        A result with ``.report``.
+
+    Raises:
+        meshcone.errors.InputError: a file, an array, an option or a gate cannot be used.
+        meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
+        meshcone.errors.LimitError: a mesh is larger than this installation accepts.
+    """
+    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
+    resolved = options_from(given, "audit")
+    from meshcone.verbs.audit import audit as run
+
+    source = load_unread(asset, "asset")
+    held = None if reference is None else load_unread(reference, "reference")
+    with one_thread():
+        return Audited(source, held, run(source, held, resolved))
 
 
 def gate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict, get_args
 
 from meshcone.errors import InputError
 from meshcone.options import Mode, Options, parse_options
@@ -46,7 +46,8 @@ def options_from(keywords: Mapping[str, Any], mode: Mode) -> Options:
     for name, value in keywords.items():
         _put(document, name.split("."), plain(value), name)
     if document.setdefault("mode", mode) != mode:
-        other = "measure" if mode == "refine" else "refine"
+        asked = document["mode"]
+        other = asked if asked in get_args(Mode) else "measure or refine"
         raise InputError(f"option 'mode': this is '{mode}'; use meshcone.{other} instead")
     return parse_options(document)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import trimesh
 
-    from meshcone.report.report import MeasureReport, Report
+    from meshcone.report.report import AuditReport, MeasureReport, Report
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
 
@@ -63,6 +63,28 @@ class Measured:
 
         page = html_of_result(self.done.report, self.done.scene, most_faces=_SHOWN_FACES)
         return _framed(page, repr(self))
+
+
+@dataclass(frozen=True, repr=False)
+class Audited:
+    """What an asset is as a whole, and what changed in it.
+
+    Attributes:
+        source: the asset.
+        reference: what it should be like; None if there is no such asset.
+        report: everything that was found.
+    """
+
+    source: LoadedMesh
+    reference: LoadedMesh | None
+    report: AuditReport
+
+    def __repr__(self) -> str:
+        budget = self.report.asset.source.budget
+        changes = self.report.changes
+        told = "" if changes is None else f", {len(changes.rows)} changes"
+        size = f"{budget.triangles:,} triangles, {budget.materials} materials"
+        return f"<Audited {self.source.name}: {size}{told}>"
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,7 +16,7 @@ from meshcone.options.quality import QualityOptions
 from meshcone.options.section import Section
 
 Formulation = Literal["surface", "centroid"]
-Mode = Literal["refine", "measure"]
+Mode = Literal["refine", "measure", "audit"]
 
 # What a preset puts in place of the defaults; what a caller sets besides still holds.
 _PRESETS: dict[str, dict[str, Any]] = {
@@ -33,7 +33,8 @@ class Options(Section):
     mode: Mode = Field(
         "refine",
         description="refine: move the source's vertices; measure: report how it compares with "
-        "the reference and move nothing",
+        "the reference and move nothing; audit: report what the asset is, with or without a "
+        "reference",
     )
     gates: dict[str, GateRule] = Field(
         {}, description="bounds on values of the report, by their names; see gates"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from meshcone.assets import Asset
-from meshcone.audit.asset import audit_asset
-from meshcone.audit.changes import changes_between
-from meshcone.audit.records import AssetAudit, Changes
-from meshcone.audit.subject import Seen
+from meshcone.auditing.asset import audit_asset
+from meshcone.auditing.changes import changes_between
+from meshcone.auditing.records import AssetAudit, Changes
+from meshcone.auditing.subject import Seen
 from meshcone.files import MeshFile
 from meshcone.quality.records import Validity
 from meshcone.report.report import Audits

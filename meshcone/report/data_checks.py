@@ -53,8 +53,8 @@ def data_warnings(
         return unusable
     return [
         *_pose_and_fit(source, reference, frame),
-        *_defects("source", source, found),
-        *_defects("reference", reference, reference_found),
+        *defects("source", source, found),
+        *defects("reference", reference, reference_found),
         *_pieces(found.components, reference_found.components),
     ]
 
@@ -152,7 +152,8 @@ def _fit(
     return told
 
 
-def _defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecord]:
+def defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecord]:
+    """Say what is wrong with one mesh by itself."""
     isolated = len(mesh.vertices) - len(_used(mesh))
     found = (
         (

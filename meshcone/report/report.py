@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from meshcone.appearance.records import Appearance
-from meshcone.audit.records import AssetAudit, Changes
+from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.gates.records import GateVerdict
 from meshcone.notices import WarningRecord
 from meshcone.options import Options
@@ -138,7 +138,7 @@ class Timings(_Record):
     read: float
     align: float = 0.0
     solve: float = 0.0
-    quality: float
+    quality: float = 0.0
     write: float = 0.0
     audit: float = 0.0
     total: float
@@ -228,6 +228,34 @@ class Report(_Record):
 
     def __repr__(self) -> str:
         return _in_a_line(self)
+
+    __str__ = __repr__
+
+
+class AuditInputs(_Record):
+    """The file that was audited, and its reference."""
+
+    source: InputRecord
+    reference: InputRecord | None = Field(None, description="absent where there was none")
+
+
+class AuditReport(_Record):
+    """What an asset is by itself, and what changed against its reference, if it has one."""
+
+    schema_: Schema = Field(SCHEMA, alias="schema")
+    mode: Literal["audit"] = "audit"
+    version: str
+    inputs: AuditInputs
+    options: Options
+    asset: Audits
+    changes: Changes | None = Field(None, description="absent where there was no reference")
+    gates: GateVerdict | None = Field(None, description="absent where there were no gates")
+    warnings: list[WarningRecord]
+    timings: Timings
+
+    def __repr__(self) -> str:
+        sections = ", ".join(name.rstrip("_") for name in type(self).model_fields)
+        return f"<{type(self).__name__} {self.inputs.source.name}; has {sections}>"
 
     __str__ = __repr__
 

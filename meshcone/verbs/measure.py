@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 
 from meshcone.files import MeshFile
+from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
-from meshcone.gates.paths import require_known
 from meshcone.options import Options
 from meshcone.pair import read_pair
 from meshcone.report.audits import Audited, audited

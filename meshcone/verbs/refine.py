@@ -14,8 +14,8 @@ from meshcone.conflict_words import in_words
 from meshcone.deadline import time_allowed
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
+from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
-from meshcone.gates.paths import require_known
 from meshcone.notices import Code, WarningRecord, warning
 from meshcone.options import Options
 from meshcone.pair import Pair, read_pair

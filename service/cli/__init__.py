@@ -7,6 +7,7 @@ import typer
 
 from service.cli import (
     api,
+    audit,
     demo,
     gate,
     keys,
@@ -54,6 +55,7 @@ def _main(
 app.command("demo")(demo.command)
 app.command("refine")(refine.command)
 app.command("measure")(measure.command)
+app.command("audit")(audit.command)
 app.command("gate")(gate.command)
 app.command("verify")(verify.command)
 app.command("submit")(submit.command)

@@ -48,7 +48,9 @@ def command(
 
     options = options_from(assignments, formulation)
     if options.mode != "refine":
-        raise InputError("the mode 'measure' is for jobs: use `meshcone measure` here")
+        raise InputError(
+            f"the mode '{options.mode}' is for jobs: use `meshcone {options.mode}` here"
+        )
     source_file, reference_file = load_unread(source, "source"), load_unread(reference, "reference")
     source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)

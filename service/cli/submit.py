@@ -57,7 +57,7 @@ def command(
     """
     options = options_from(assignments)
     if out is not None and options.mode != "refine":
-        raise InputError("the mode 'measure' makes no mesh: leave --out away")
+        raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
     listed = options.cones.pin.vertices_file
     beside = [] if listed is None else [source.parent / listed]
     require_places(

@@ -11,6 +11,8 @@ import pytest
 from pydantic import BaseModel
 
 from meshcone.assets import Limits
+from meshcone.auditing.records import AssetAudit, Changes
+from meshcone.auditing.records.changes import ChangeCounts
 from meshcone.gates.rules import BOUNDS, GateRule
 from meshcone.notices import Code
 from meshcone.options import Options
@@ -77,3 +79,19 @@ def test_every_bound_of_a_gate_is_documented(name: str) -> None:
     row = f"| `{name}` | {GateRule.model_fields[name].description} |"
 
     assert row in (DOCS / "gates.md").read_text().splitlines()
+
+
+@pytest.mark.parametrize("family", AssetAudit.model_fields)
+def test_every_value_of_an_audit_is_documented(family: str) -> None:
+    text = (DOCS / "audit.md").read_text()
+    section = text.partition(f"| `asset.{family}.` | |")[2].partition("\n## ")[0]
+
+    record = AssetAudit.model_fields[family].annotation
+    assert isinstance(record, type)
+    assert issubclass(record, BaseModel)
+    assert [name for name in record.model_fields if f"`{name}`" not in section] == []
+
+
+@pytest.mark.parametrize("name", [*Changes.model_fields, *ChangeCounts.model_fields])
+def test_every_kind_of_change_is_documented(name: str) -> None:
+    assert f"`{name}`" in (DOCS / "audit.md").read_text().partition("## What changed")[2]

@@ -92,7 +92,7 @@ def _badness(check: GateCheck) -> tuple[int, bool, float]:
 def _used_up(check: GateCheck) -> float:
     """Share of the bound that the value takes; below 1 where it holds."""
     value, limit = check.value, check.limit
-    if limit is None or isinstance(value, str | bool) or value is None:
+    if limit is None or isinstance(value, str | bool | tuple) or value is None:
         return 0.0
     part, whole = (limit, value) if check.bound.startswith("min") else (value, limit)
     return part / whole if whole > 0 else float(part > 0)

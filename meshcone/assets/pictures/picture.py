@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from meshcone.assets.content import Image
-from meshcone.audit.records.textures import PictureFormat
+from meshcone.picture_formats import PictureFormat
 
 MOST_TEXELS = 8192 * 8192
 """Of one image that is decoded: 256 MiB as RGBA."""

@@ -112,7 +112,12 @@ def _open_or_failed(asset: AssetResult) -> list[GateCheck]:
 def _excess(check: GateCheck) -> float | None:
     """By which share of its bound a number is out of bounds; None where that cannot be said."""
     value, limit = check.value, check.limit
-    if check.status != "fail" or limit is None or isinstance(value, bool | str) or value is None:
+    if (
+        check.status != "fail"
+        or limit is None
+        or isinstance(value, bool | str | tuple)
+        or value is None
+    ):
         return None
     beyond = limit - value if check.bound.startswith("min") else value - limit
     return beyond / abs(limit) if limit else inf

@@ -13,7 +13,7 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.exceptions import HTTPException
 
 from meshcone.errors import InputError, LimitError
-from meshcone.gates.paths import require_known
+from meshcone.gates.fitting import require_known
 from meshcone.options import Options, parse_options, read_options_json
 from meshcone.relative_names import inside
 from service.api.schemas import LABEL_LENGTH, NamedBlob
@@ -202,6 +202,8 @@ def _too_long(what: str) -> LimitError:
 
 
 def _sound(options: Options) -> Options:
+    if options.mode == "audit":
+        raise InputError("option 'mode': a service does not audit; use `meshcone audit`")
     require_known(options.gates, options.mode)
     return options
 

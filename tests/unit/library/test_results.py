@@ -237,3 +237,14 @@ def test_a_result_that_kept_its_input_has_nothing_to_verify() -> None:
     assert kept.certificate is None
     with pytest.raises(InputError, match="the result has no certificate"):
         meshcone.verify(kept)
+
+
+def test_an_audit_takes_any_mesh_with_or_without_a_reference() -> None:
+    alone = meshcone.audit(rough(), gates={"asset.budget.triangles": {"max": len(FACES)}})
+    beside = meshcone.audit((VERTICES, FACES), rough())
+
+    assert alone.report.gates is not None
+    assert alone.report.gates.verdict == "pass"
+    assert alone.report.changes is None
+    assert beside.report.changes is not None
+    assert repr(alone) == f"<Audited asset.obj: {len(FACES):,} triangles, 0 materials>"

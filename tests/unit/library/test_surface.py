@@ -15,6 +15,7 @@ import meshcone
 ROOT = Path(__file__).parents[3]
 HEAVY = ("numpy", "scipy", "scs", "cvxpy", "trimesh", "igl", "pydantic", "httpx2", "service")
 NAMES = {
+    "Audited",
     "Client",
     "LoadedMesh",
     "Measured",
@@ -23,6 +24,7 @@ NAMES = {
     "Verdict",
     "Verification",
     "__version__",
+    "audit",
     "errors",
     "gate",
     "load",
@@ -58,15 +60,16 @@ def test_every_public_name_is_there_and_is_listed() -> None:
 def test_loading_the_engine_puts_no_module_in_the_place_of_a_function() -> None:
     program = (
         "import meshcone.library.functions, meshcone.verbs.refine, meshcone.verbs.measure, "
-        "meshcone.verbs.verify, meshcone; "
-        "print([callable(getattr(meshcone, n)) for n in ('refine', 'measure', 'verify', 'gate')])"
+        "meshcone.verbs.verify, meshcone.verbs.audit, meshcone; "
+        "print({callable(getattr(meshcone, n)) for n in "
+        "('refine', 'measure', 'audit', 'verify', 'gate')})"
     )
 
     answer = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
     )
 
-    assert answer.stdout.strip() == "[True, True, True, True]"
+    assert answer.stdout.strip() == "{True}"
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -17,8 +17,8 @@ from meshcone.assets.pictures import (
     UndecodableError,
     grouped_by_content,
 )
-from meshcone.audit.records.textures import ImageRecord, Textures
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.textures import ImageRecord, Textures
+from meshcone.auditing.subject import Subject
 
 _COLOR_SLOTS = ("base_color", "emissive", "diffuse", "specularColor", "sheenColor")
 _LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709, of values as encoded, as artists read them
@@ -42,6 +42,8 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
     heights = [each.height or 0 for each in sized]
     return Textures(
         count=len(records),
+        names=tuple(each.name for each in records),
+        formats=tuple(dict.fromkeys(each.format for each in records)),
         missing=sum(picture.fault == "missing" for picture in pictures),
         unreadable=sum(picture.fault not in (None, "missing") for picture in pictures),
         not_tested=sum(not look.tested for look in looks),
@@ -95,8 +97,9 @@ def _looks(
             yield _Look(tested=False)
             continue
         left -= texels
-        found = partial(_look, picture, slots, decoder)
-        yield subject.seen.once(("look", picture.sha256, slots), found)
+        yield subject.seen.once(
+            ("look", picture.sha256, slots), partial(_look, picture, slots, decoder)
+        )
 
 
 def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> _Look:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import Field
 
-from meshcone.audit.records.section import Section
-
-PictureFormat = Literal["png", "jpeg", "webp", "ktx2", "unknown"]
+from meshcone.auditing.records.section import Section
+from meshcone.picture_formats import PictureFormat
 
 
 class ImageRecord(Section):
@@ -39,6 +36,8 @@ class Textures(Section):
     """All images together, and each of them."""
 
     count: int
+    names: tuple[str, ...]
+    formats: tuple[PictureFormat, ...] = Field(description="each that occurs, once")
     missing: int = Field(description="images that were not sent or cannot be had")
     unreadable: int = Field(description="images that are damaged or of an unknown format")
     not_tested: int = Field(description="images whose pixels were not decoded")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from meshcone.audit.records.section import Section
+from meshcone.auditing.records.section import Section
 
 
 class Budget(Section):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshcone.audit.records.size import Size
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.size import Size
+from meshcone.auditing.subject import Subject
 
 _CLOSE = 0.01  # of the box's size: what counts as centred, or as standing on the floor
 

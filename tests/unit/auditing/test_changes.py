@@ -11,8 +11,8 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.assets.content import Content
-from meshcone.audit.changes import changes_between
-from meshcone.audit.records.changes import ROWS_KEPT, Changes
+from meshcone.auditing.changes import changes_between
+from meshcone.auditing.records.changes import ROWS_KEPT, Changes
 from tests.whole_asset import Document, png, whole
 
 Damage = Callable[[dict[str, Any]], object]

@@ -3,7 +3,7 @@
 A field added to one of these models is a value of the report, and a gate, from that day on.
 """
 
-from meshcone.audit.records.asset import AssetAudit
-from meshcone.audit.records.changes import Changes
+from meshcone.auditing.records.asset import AssetAudit
+from meshcone.auditing.records.changes import Changes
 
 __all__ = ["AssetAudit", "Changes"]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import TypeVar, get_args
 
 from meshcone.assets.content import Content
-from meshcone.audit.contents import (
+from meshcone.auditing.contents import (
     Fact,
     Placed,
     animations,
@@ -24,7 +24,7 @@ from meshcone.audit.contents import (
     skins,
     targets,
 )
-from meshcone.audit.records.changes import (
+from meshcone.auditing.records.changes import (
     ROWS_KEPT,
     Change,
     ChangeCounts,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from meshcone.audit.records.section import Section
+from meshcone.auditing.records.section import Section
 
 
 class AnimationRecord(Section):
@@ -27,6 +27,7 @@ class Motion(Section):
     joints_out_of_range: int = Field(description="corners with a joint that the skin does not have")
     without_skin: int = Field(description="corners with weights at a node without a skin")
     unweighted: int = Field(description="corners of a skinned node that no joint moves")
+    names: tuple[str, ...] = Field(description="of the animations")
     animations: tuple[AnimationRecord, ...]
     longest: float = Field(description="seconds of the longest animation")
     empty_animations: int = Field(description="animations without a sound channel")

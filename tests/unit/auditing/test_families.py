@@ -11,8 +11,8 @@ import trimesh
 from PIL import Image
 
 from meshcone.assets import read_asset
-from meshcone.audit.asset import audit_asset
-from meshcone.audit.records import AssetAudit
+from meshcone.auditing.asset import audit_asset
+from meshcone.auditing.records import AssetAudit
 from meshcone.files import MeshFile
 from tests import shapes
 from tests.whole_asset import SQUARE_FACES, Document, png, square, whole

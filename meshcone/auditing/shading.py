@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from meshcone.assets.content import Draw
-from meshcone.audit.records.shading import Shading
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.shading import Shading
+from meshcone.auditing.subject import Subject
 from meshcone.surface.arrays import Floats, row_dot, row_lengths
 
 _UNIT = 0.01  # more than this off 1 is no unit vector; 8 bits store one to .004

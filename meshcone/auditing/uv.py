@@ -10,9 +10,9 @@ import numpy as np
 from scipy import ndimage
 
 from meshcone.assets.pictures import Picture
-from meshcone.audit.coverage import coverage, texels_in_boxes
-from meshcone.audit.records.uv import Uv, UvSet
-from meshcone.audit.subject import UV_SETS_READ, Seen, Subject
+from meshcone.auditing.coverage import coverage, texels_in_boxes
+from meshcone.auditing.records.uv import Uv, UvSet
+from meshcone.auditing.subject import UV_SETS_READ, Seen, Subject
 from meshcone.surface.arrays import Bools, Floats
 
 RESOLUTION = 1024

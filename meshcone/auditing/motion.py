@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from meshcone.assets.content import Draw, Node
-from meshcone.audit.records.motion import AnimationRecord, Motion
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.motion import AnimationRecord, Motion
+from meshcone.auditing.subject import Subject
 
 _SUM = 0.01  # off 1; glTF's own validator allows .005 for floats, 8 bits add up to .008
 _INFLUENCES = 4
@@ -25,6 +25,7 @@ def motion_of(subject: Subject) -> Motion:
     channels = [channel for each in content.animations for channel in each.channels]
     return Motion(
         **counts,
+        names=tuple(each.name for each in content.animations),
         animations=tuple(
             AnimationRecord(
                 name=each.name,

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from meshcone.assets import Asset
 from meshcone.assets.pictures import read_picture
-from meshcone.audit.budget import budget_of
-from meshcone.audit.geometry import geometry_of
-from meshcone.audit.materials import materials_of
-from meshcone.audit.motion import motion_of
-from meshcone.audit.records import AssetAudit
-from meshcone.audit.shading import shading_of
-from meshcone.audit.size import size_of
-from meshcone.audit.subject import Seen, Subject
-from meshcone.audit.textures import textures_of
-from meshcone.audit.uv import uv_of
+from meshcone.auditing.budget import budget_of
+from meshcone.auditing.geometry import geometry_of
+from meshcone.auditing.materials import materials_of
+from meshcone.auditing.motion import motion_of
+from meshcone.auditing.records import AssetAudit
+from meshcone.auditing.shading import shading_of
+from meshcone.auditing.size import size_of
+from meshcone.auditing.subject import Seen, Subject
+from meshcone.auditing.textures import textures_of
+from meshcone.auditing.uv import uv_of
 from meshcone.files import MeshFile
 from meshcone.quality.records import Validity
 

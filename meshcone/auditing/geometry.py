@@ -9,8 +9,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from meshcone.audit.records.geometry import Geometry
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.geometry import Geometry
+from meshcone.auditing.subject import Subject
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.quality.records import Validity
 from meshcone.quality.validity import inspect

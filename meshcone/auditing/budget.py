@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from meshcone.assets.content import Content
 from meshcone.assets.pictures import Picture
-from meshcone.audit.records.budget import Budget
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.budget import Budget
+from meshcone.auditing.subject import Subject
 
 _MIP_SHARE = 4 / 3  # 1 + 1/4 + 1/16 + …
 _TEXEL_BYTES = 4

@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import replace
 
 from meshcone.assets.content import Material
-from meshcone.audit.records.materials import MaterialRecord, Materials
-from meshcone.audit.subject import Subject
+from meshcone.auditing.records.materials import MaterialRecord, Materials
+from meshcone.auditing.subject import Subject
 
 
 def materials_of(subject: Subject) -> Materials:

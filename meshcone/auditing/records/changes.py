@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from meshcone.audit.records.section import Section
+from meshcone.auditing.records.section import Section
 
 ChangeKind = Literal["lost", "added", "renamed", "moved", "altered"]
 

@@ -1,0 +1,93 @@
+"""Audit a mesh file by itself, or against a reference file; nothing is moved or measured."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from meshcone.assets import read_asset
+from meshcone.errors import InputError
+from meshcone.files import MeshFile
+from meshcone.gates.fitting import require_known
+from meshcone.gates.judge import judged
+from meshcone.notices import WarningRecord
+from meshcone.options import Options
+from meshcone.pair import describe, read_pair
+from meshcone.quality.validity import inspect
+from meshcone.report.audits import Audited, audited
+from meshcone.report.data_checks import defects
+from meshcone.report.report import AuditInputs, AuditReport, Timings
+from meshcone.stopwatch import Stopwatch
+from meshcone.surface import Mesh
+
+
+def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> AuditReport:
+    """Say what ``source`` is as a whole asset, and what changed against ``reference``.
+
+    Args:
+        source: the asset.
+        reference: what it should be like, if there is such an asset.
+        options: ``gates`` and ``quality.intersection_pairs`` are read.
+
+    Raises:
+        InputError, LimitError: a file or a gate cannot be used; the message says which and why.
+    """
+    require_known(options.gates, "audit")
+    watch = Stopwatch()
+    if reference is None:
+        first, warnings = _alone(source, options, watch)
+        second = None
+    else:
+        first, second, warnings = _beside(source, reference, options, watch)
+    with watch.stage("audit"):
+        found = audited(first, second)
+    report = AuditReport(
+        version=version("meshcone"),
+        inputs=AuditInputs(
+            source=describe(first.file, first.asset, first.validity),
+            reference=second and describe(second.file, second.asset, second.validity),
+        ),
+        options=options,
+        asset=found.asset,
+        changes=found.changes,
+        warnings=warnings,
+        timings=Timings(
+            read=watch.seconds["read"],
+            quality=watch.seconds["quality"],
+            audit=watch.seconds["audit"],
+            total=watch.total,
+        ),
+    )
+    return judged(report)
+
+
+def _alone(
+    file: MeshFile, options: Options, watch: Stopwatch
+) -> tuple[Audited, list[WarningRecord]]:
+    with watch.stage("read"):
+        asset = read_asset(file.name, file.data, file.resources)
+        mesh = Mesh(asset.vertices, asset.faces)
+        if not mesh.face_areas.sum() > 0:
+            raise InputError("every face is without area", file=asset.name)
+    with watch.stage("quality"):
+        validity = inspect(mesh, options.quality.intersection_pairs, collapsed=asset.collapsed)
+    told = [notice.about("source", asset.name) for notice in asset.warnings]
+    told += defects("source", mesh, validity)
+    return Audited(file, asset, validity), told
+
+
+def _beside(
+    source: MeshFile, reference: MeshFile, options: Options, watch: Stopwatch
+) -> tuple[Audited, Audited, list[WarningRecord]]:
+    with watch.stage("read"):
+        pair = read_pair(source, reference)
+    with watch.stage("quality"):
+        found, held = (
+            inspect(mesh, options.quality.intersection_pairs, collapsed=collapsed)
+            for mesh, collapsed in zip((pair.source, pair.reference), pair.collapsed, strict=True)
+        )
+        warnings = pair.warnings(found, held)
+    return (
+        Audited(source, pair.source_asset, found),
+        Audited(reference, pair.reference_asset, held),
+        warnings,
+    )

@@ -1,0 +1,122 @@
+"""``meshcone audit``: what a whole asset is, and what changed against its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from pydantic import BaseModel
+
+from meshcone.errors import InputError
+from meshcone.local_files import files_of, read_bytes, read_local
+from meshcone.outputs import require_places, write_together
+from service.cli.arguments import Assignments, options_from
+
+if TYPE_CHECKING:
+    from meshcone.auditing.records import AssetAudit, Changes
+    from meshcone.options import Options
+    from meshcone.report.report import AuditReport
+
+_NOT_PASSED = 1  # exit code
+_ROWS_SHOWN = 20  # of what changed
+
+
+def command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The asset.", show_default=False)],
+    reference: Annotated[
+        Path | None, typer.Option(help="The asset it should be like.", show_default=False)
+    ] = None,
+    gates: Annotated[
+        Path | None, typer.Option(help="Gates to pass, as TOML or JSON.", show_default=False)
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Report to write, as JSON.", show_default=False)
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
+    assignments: Assignments = None,
+) -> int:
+    """Say what FILE is as a whole asset; with --reference, what changed in it.
+
+    Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
+    file cannot be used, 3 after a fault of MeshCone's own.
+    """
+    inputs = [path for path in (file, reference, gates) if path is not None]
+    require_places([report], [each for path in inputs for each in files_of(path)])
+    options = _options(file, gates, assignments)
+    source_file = read_local(file)
+    reference_file = None if reference is None else read_local(reference)
+
+    from meshcone.verbs.audit import audit  # heavy, not to be paid for a mistyped name
+
+    done = audit(source_file, reference_file, options)
+    if report is not None:
+        write_together({report: done.model_dump_json(indent=2).encode() + b"\n"})
+    if as_json:
+        typer.echo(done.model_dump_json(indent=2))
+    else:
+        for line in _lines(done):
+            typer.echo(line)
+    passed = done.gates is None or done.gates.verdict == "pass"
+    return 0 if passed else _NOT_PASSED
+
+
+def _options(file: Path, gates: Path | None, assignments: list[str] | None) -> Options:
+    from meshcone.gates.files import parse_gate_file
+    from meshcone.gates.levels import level_of
+    from meshcone.text import as_text
+
+    options = options_from(assignments)
+    if options.model_fields_set & {"mode", "gates"}:
+        raise InputError("'mode' is audit here, and 'gates' are set by --gates")
+    options = options.model_copy(update={"mode": "audit"})
+    if gates is None:
+        return options
+    name = as_text(file.as_posix())
+    table = parse_gate_file(gates.name, read_bytes(gates), "audit").for_asset(name, level_of(name))
+    return options.model_copy(update={"gates": dict(table)})
+
+
+def _lines(report: AuditReport) -> Iterator[str]:
+    from meshcone.gates.words import label
+
+    asset = report.asset
+    yield from _values(asset.source)
+    if report.changes is not None:
+        yield from _changes(report.changes)
+    for warning in report.warnings:
+        yield f"{'warning':<11} {warning}"
+    for check in report.gates.checks if report.gates is not None else ():
+        yield f"{label(check.status, check.severity):<11} {check.words}"
+
+
+def _values(asset: AssetAudit) -> Iterator[str]:
+    """A line for each family: its values under the names that gates use, without what is 0."""
+    for family in type(asset).model_fields:
+        record: BaseModel = getattr(asset, family)
+        told = [
+            f"{name} {_written(value)}"
+            for name in type(record).model_fields
+            if _is_told(value := getattr(record, name))
+        ]
+        yield f"{family:<11} {', '.join(told) or 'nothing'}"
+
+
+def _is_told(value: object) -> bool:
+    return isinstance(value, str | float) or (isinstance(value, int) and bool(value))
+
+
+def _written(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes"
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+
+
+def _changes(changes: Changes) -> Iterator[str]:
+    for row in changes.rows[:_ROWS_SHOWN]:
+        yield f"{row.kind:<11} {row.words}"
+    counts = (changes.lost, changes.added, changes.renamed, changes.moved, changes.altered)
+    more = sum(sum(dict(each).values()) for each in counts) - _ROWS_SHOWN
+    if more > 0:
+        yield f"{'':<11} and {more:,} more: --json lists them"

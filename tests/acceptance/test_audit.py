@@ -1,0 +1,57 @@
+"""``meshcone audit`` as its user sees it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.acceptance.test_command_line import assert_refused, meshcone
+from tests.whole_asset import whole
+
+
+@pytest.fixture
+def directory(tmp_path: Path) -> Path:
+    """A directory with an asset, and a copy of it that has lost its animation."""
+    document = whole()
+    (tmp_path / "master.gltf").write_bytes(document.to_bytes())
+    del document.json["animations"]
+    (tmp_path / "asset.gltf").write_bytes(document.to_bytes())
+    return tmp_path
+
+
+def test_an_asset_is_described_by_the_names_that_gates_use(directory: Path) -> None:
+    finished = meshcone(directory, "audit", "asset.gltf")
+
+    lines = {line.split()[0]: line for line in finished.stdout.splitlines()}
+    assert finished.returncode == 0
+    assert "triangles 4, vertices 8, draw_calls 2" in lines["budget"]
+    assert set(lines) >= {"size", "geometry", "shading", "uv", "textures", "materials", "motion"}
+
+
+def test_what_changed_against_a_reference_fails_its_gate(directory: Path) -> None:
+    (directory / "gates.toml").write_text(
+        '[gates]\n"changes.lost.animations" = { max = 0 }\n"asset.budget.triangles" = { max = 4 }\n'
+    )
+
+    finished = meshcone(
+        directory,
+        *("audit", "asset.gltf", "--reference", "master.gltf"),
+        *("--gates", "gates.toml", "--report", "out.json"),
+    )
+
+    report = json.loads((directory / "out.json").read_text())
+    assert finished.returncode == 1
+    assert "FAILED      changes.lost.animations 1, allowed 0" in finished.stdout.splitlines()
+    assert "ok          asset.budget.triangles 4, allowed 4" in finished.stdout.splitlines()
+    assert (report["schema"], report["mode"]) == ("meshcone.report/2", "audit")
+    assert report["gates"]["verdict"] == "fail"
+
+
+def test_a_gate_that_needs_a_measurement_is_refused(directory: Path) -> None:
+    (directory / "gates.toml").write_text("[gates]\nfscore.min = 1\n")
+
+    finished = meshcone(directory, "audit", "asset.gltf", "--gates", "gates.toml")
+
+    assert_refused(finished, "only where the mesh was measured")
