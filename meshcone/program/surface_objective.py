@@ -2,7 +2,7 @@
 
     minimise  Σ_i w_i [ (n_i·(x_i − p_i))² + τ‖x_i − p_i‖² ]                   source → reference
             + Σ_j v_j [ (m_j·((BX)_j − q_j))² + τ‖(BX)_j − q_j‖² ]             reference → source
-            + λ‖X − X_prev‖² + Σ_i b_i‖(L X)_i‖²                               proximity, fairness
+            + λ‖X − X_prev‖² + Σ_i (L X − T)_iᵀ W_i (L X − T)_i                proximity, fairness
 
 p_i, n_i are the closest reference point to vertex i and its normal; q_j, m_j are
 reference samples and their normals, and (BX)_j is the point of the moving source they
@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.fairness import Fairness
 from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
@@ -38,8 +39,7 @@ class SurfaceObjective:
         carried: the source points ``backward`` pulls at, or None.
         previous: (n, 3) X_prev.
         proximity: λ.
-        laplacian: (n, n) L, uniform: each vertex minus the mean of its neighbours.
-        fairness: (n,) b.
+        fairness: L, W and T.
     """
 
     forward: PlanePull
@@ -47,13 +47,13 @@ class SurfaceObjective:
     carried: SurfacePoints | None
     previous: Floats
     proximity: float
-    laplacian: sparse.csr_array
-    fairness: Floats
+    fairness: Fairness
 
     @cached_property
     def linear(self) -> Floats:
         """The vector c, (3n,)."""
         pulled = self.forward.apply(self.forward.targets) + self.proximity * self.previous
+        pulled = pulled + self.fairness.pulled
         if self.backward is not None and self.carried is not None:
             pulled = pulled + self.carried.scatter @ self.backward.apply(self.backward.targets)
         return np.asarray(-2 * pulled).ravel()
@@ -63,23 +63,18 @@ class SurfaceObjective:
         """The objective's value at X = 0."""
         backward = 0.0 if self.backward is None else self.backward.value_at_zero
         return float(
-            self.forward.value_at_zero + backward + self.proximity * np.sum(self.previous**2)
+            self.forward.value_at_zero
+            + backward
+            + self.proximity * np.sum(self.previous**2)
+            + self.fairness.value_at_zero
         )
-
-    @cached_property
-    def _laplacian_transposed(self) -> sparse.csr_array:
-        return self.laplacian.T.tocsr()
-
-    @cached_property
-    def _fairness_transposed(self) -> sparse.csr_array:
-        return (self._laplacian_transposed @ sparse.diags_array(self.fairness)).tocsr()
 
     def apply(self, x: Floats) -> Floats:
         """Return P x for (3n,), a few sparse products."""
         positions = x.reshape(-1, 3)
         result = self.forward.apply(positions)
         result += self.proximity * positions
-        result += self._fairness_transposed @ (self.laplacian @ positions)
+        result += self.fairness.apply(positions)
         if self.backward is not None and self.carried is not None:
             points = self.carried.gather @ positions
             result += self.carried.scatter @ self.backward.apply(points)
@@ -87,8 +82,8 @@ class SurfaceObjective:
 
     def diagonal_blocks(self) -> VertexBlocks:
         """Return the 3×3 blocks on the diagonal of P."""
-        isotropic = self.laplacian.power(2).T @ self.fairness + self.proximity
-        result = self.forward.blocks.plus_isotropic(isotropic)
+        result = self.forward.blocks + self.fairness.diagonal_blocks
+        result = result.plus_isotropic(np.full(len(self.previous), self.proximity))
         if self.backward is not None and self.carried is not None:
             shares = self.carried.scatter.power(2)
             result += VertexBlocks(shares @ self.backward.blocks.entries)
@@ -96,8 +91,7 @@ class SurfaceObjective:
 
     def matrix(self) -> sparse.csc_array:
         """Return P, (3n, 3n)."""
-        fairness = sparse.kron(self._fairness_transposed @ self.laplacian, sparse.eye_array(3))
-        return sparse.csc_array(2 * (self._data_blocks().tocsr() + fairness))
+        return sparse.csc_array(2 * (self._data_blocks().tocsr() + self.fairness.matrix()))
 
     def product(self) -> Callable[[Floats], Floats]:
         """Return x ↦ P x as a function worth its preparation when it is called dozens of times."""
@@ -106,7 +100,7 @@ class SurfaceObjective:
         data = self._data_blocks()
 
         def apply(x: Floats) -> Floats:
-            smoothed = self._fairness_transposed @ (self.laplacian @ x.reshape(-1, 3))
+            smoothed = self.fairness.apply(x.reshape(-1, 3))
             return np.asarray(2 * (data @ x + smoothed.ravel()))
 
         return apply

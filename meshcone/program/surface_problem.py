@@ -8,9 +8,11 @@ import numpy as np
 
 from meshcone.options import Options, SurfaceOptions
 from meshcone.program.cones import ConeFamily
-from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
+from meshcone.program.correspondence import round_objective
 from meshcone.program.effort import Candidate
+from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
+from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from meshcone.surface.arrays import (
+    Bools,
     Floats,
     Ints,
     differences,
@@ -55,6 +56,27 @@ class Mesh:
         keys = sorted_distinct(np.minimum(from_, to) * count + np.maximum(from_, to))
         edges = np.stack(np.divmod(keys, count), axis=1)
         return np.asarray(edges[edges[:, 0] != edges[:, 1]], dtype=np.int64)
+
+    @cached_property
+    def border_sides(self) -> Bools:
+        """Whether no other face has a side, (m, 3); side k runs from corner k to the next."""
+        next_corners = np.roll(self.faces, -1, axis=1)
+        low, high = np.minimum(self.faces, next_corners), np.maximum(self.faces, next_corners)
+        keys = (low * max(len(self.vertices), 1) + high).ravel()
+        order = np.argsort(keys, kind="stable")
+        first = np.diff(keys[order], prepend=-1) != 0
+        last = np.append(first[1:], True) if len(first) else first
+        alone = np.empty(len(keys), dtype=bool)
+        alone[order] = first & last
+        return alone.reshape(-1, 3)
+
+    @cached_property
+    def border_vertices(self) -> Bools:
+        """Whether a vertex lies on an open border, (n,)."""
+        found = np.zeros(len(self.vertices), dtype=bool)
+        found[self.faces[self.border_sides]] = True
+        found[np.roll(self.faces, -1, axis=1)[self.border_sides]] = True
+        return found
 
     @cached_property
     def edge_lengths(self) -> Floats:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.surface import Mesh
+from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.verbs.refine import Refinement, refine
 from tests import shapes
-from tests.meshes import noisy, sphere, torus
+from tests.meshes import cylinder, noisy, sphere, torus
 
 
 def file(name: str, mesh: Mesh) -> MeshFile:
@@ -73,3 +75,108 @@ def test_a_reference_returned_as_source_stays_to_the_byte() -> None:
 
     assert answer.report.outcome == "indistinguishable"
     assert answer.data == file("s.obj", torus()).data
+
+
+def together(*meshes: Mesh) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
+    )
+
+
+def errors(answer: Refinement, truth: Mesh) -> Floats:
+    """Distance of each written vertex from where it belongs, (n,)."""
+    return row_lengths(read_asset("s.obj", answer.data).vertices - truth.vertices)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("least", [0.75, 0.9])
+def test_what_lies_over_a_hole_of_the_reference_stays(least: float, seed: int) -> None:
+    ball = sphere(3)
+    hole = ball.corners[:, :, 2].max(axis=1) > least
+    source = noisy(ball, 0.01, seed)
+
+    answer = refined(source, Mesh(ball.vertices, ball.faces[~hole]))
+
+    before = row_lengths(source.vertices - ball.vertices)
+    after = errors(answer, ball)
+    assert answer.report.outcome == "improved"
+    assert after.max() < 1.3 * before.max()
+    assert after.mean() < 0.7 * before.mean()
+    assert answer.report.quality.refined is not None
+    assert answer.report.quality.refined.validity.self_intersections == 0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_part_the_reference_lacks_keeps_its_shape(seed: int) -> None:
+    ball, pipe = sphere(3), cylinder(12, 9, 0.15, 0.8)
+    handle = pipe.moved_to(pipe.vertices + np.array([1.13, 0, 0]))
+    truth = together(ball, handle)
+    source = noisy(truth, 0.01, seed)
+
+    answer = refined(source, ball)
+
+    on_handle = np.arange(len(truth.vertices)) >= len(ball.vertices)
+    before, after = row_lengths(source.vertices - truth.vertices), errors(answer, truth)
+    assert answer.report.outcome == "improved"
+    assert after[on_handle].max() < 1.1 * before[on_handle].max()
+    assert after[~on_handle].mean() < 0.7 * before[~on_handle].mean()
+
+
+def tiles(count: int, size: tuple[float, float], height: float) -> Mesh:
+    """Rectangles of two faces each, in a row over the plane z = 0."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    corners = [square * [*size, 1] + [0.4 + 0.9 * k, 1.5, height] for k in range(count)]
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    return together(*(Mesh(corner, faces) for corner in corners))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("sigma", [0.0002, 0.0014, 0.0042])
+@pytest.mark.parametrize(
+    ("size", "height"), [((0.5, 0.5), 0.0), ((0.6, 0.2), 0.0), ((0.5, 1.0), 0.004)]
+)
+def test_small_flat_pieces_on_a_large_face_keep_their_area(
+    size: tuple[float, float], height: float, sigma: float, seed: int
+) -> None:
+    square = Mesh(
+        np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    )
+    pieces = tiles(4, size, height)
+    reference = together(square, pieces)
+    source = noisy(reference, sigma * np.sqrt(8), seed)
+
+    answer = refined(source, reference)
+
+    written = reference.moved_to(read_asset("s.obj", answer.data).vertices)
+    kept = written.face_areas[2:].sum() / pieces.face_areas.sum()
+    assert kept == pytest.approx(1, abs=0.03)
+    before = row_lengths(source.vertices - reference.vertices)
+    assert errors(answer, reference).mean() <= before.mean()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_layer_over_a_curved_surface_keeps_its_border(seed: int) -> None:
+    ball = sphere(3)
+    patch = Mesh(1.002 * ball.vertices, ball.faces[ball.corners[:, :, 2].min(axis=1) > 0.7])
+    used, faces = np.unique(patch.faces, return_inverse=True)
+    truth = together(ball, Mesh(patch.vertices[used], faces.reshape(-1, 3)))
+    source = noisy(truth, 0.004, seed)
+
+    answer = refined(source, truth)
+
+    before, after = row_lengths(source.vertices - truth.vertices), errors(answer, truth)
+    assert answer.report.outcome == "improved"
+    assert after.max() <= 1.1 * before.max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_one_triangle_is_brought_to_its_plane_and_keeps_its_corners(seed: int) -> None:
+    triangle = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]]))
+    lifted = triangle.vertices.copy()
+    lifted[:, 2] += np.random.default_rng(seed).uniform(0, 0.07, 3)
+
+    answer = refined(triangle.moved_to(lifted), triangle)
+
+    assert errors(answer, triangle).max() <= np.abs(lifted[:, 2]).max()

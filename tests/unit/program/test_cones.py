@@ -18,9 +18,11 @@ from meshcone.program.cones import (
     ToleranceBand,
     cone_violation,
 )
-from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
+from meshcone.program.correspondence import round_objective
+from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.request import SourceLabels, resolve_cones
 from meshcone.program.round_solver import solve_round
+from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh
 from tests.meshes import noisy, sheet, sphere, torus

@@ -8,21 +8,31 @@ import pytest
 from meshcone.options import Options, SurfaceOptions, parse_options
 from meshcone.program.cones import EdgeCaps
 from meshcone.program.conic import assemble, everything
-from meshcone.program.correspondence import PreparedReference, SourceStructure, round_objective
+from meshcone.program.correspondence import round_objective
+from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.relaxation import solve_relaxation
 from meshcone.program.rounds import refine_surface
+from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import row_dot
-from tests.meshes import noisy, sphere, torus
+from tests.meshes import cylinder, noisy, sphere, torus
+
+PIPE = Mesh(cylinder(12, 9, 0.5, 1.5).vertices, cylinder(12, 9, 0.5, 1.5).faces)
+# The reference of an open source lacks its upper third.
+SHORTER = Mesh(PIPE.vertices, PIPE.faces[PIPE.corners[:, :, 2].max(axis=1) < 0.3])
 
 
-@pytest.fixture(params=[0, 1], ids=["first round", "second round"])
+@pytest.fixture(
+    params=[(0, sphere(2), sphere(3)), (1, sphere(2), sphere(3)), (1, PIPE, SHORTER)],
+    ids=["first round", "second round", "open, and longer than the reference"],
+)
 def objective(request: pytest.FixtureRequest) -> SurfaceObjective:
-    source, reference = noisy(sphere(2), 0.02), sphere(3)
+    index, shape, reference = request.param
+    source = noisy(shape, 0.02)
     prepared = PreparedReference.of(reference, len(source.vertices), seed=1)
     structure = SourceStructure.of(source, prepared, noise_scale=0.5)
-    return round_objective(request.param, source, prepared, structure, SurfaceOptions())
+    return round_objective(index, source, prepared, structure, SurfaceOptions())
 
 
 def written_out(objective: SurfaceObjective, positions: np.ndarray) -> float:
@@ -42,13 +52,17 @@ def written_out(objective: SurfaceObjective, positions: np.ndarray) -> float:
             * (row_dot(backward.normals, off) ** 2 + backward.tangential * np.sum(off**2, axis=1))
         )
     total += objective.proximity * np.sum((positions - objective.previous) ** 2)
-    total += np.sum(objective.fairness[:, None] * (objective.laplacian @ positions) ** 2)
+    fairness = objective.fairness
+    bent = fairness.laplacian @ positions - fairness.rest
+    total += np.sum(fairness.weights[:, None] * bent**2)
+    across = row_dot(fairness.normals, bent)
+    total += np.sum(fairness.outline * (np.sum(bent**2, axis=1) - across**2))
     return float(total)
 
 
 def test_the_quadratic_form_is_the_formula(objective: SurfaceObjective):
-    positions = noisy(sphere(2), 0.1, seed=5).vertices
-    x = positions.ravel()
+    x = np.random.default_rng(5).normal(size=objective.linear.shape)
+    positions = x.reshape(-1, 3)
 
     value = 0.5 * x @ objective.apply(x) + objective.linear @ x + objective.constant
 
@@ -168,7 +182,7 @@ def test_every_round_is_announced():
 
 
 def test_a_program_lists_its_cones_for_scs(objective: SurfaceObjective):
-    caps = EdgeCaps.relative(noisy(sphere(2), 0.02), 2.0)
+    caps = EdgeCaps(np.array([[0, 1], [1, 2], [2, 3]]), np.ones(3))
 
     program = assemble(objective, everything([caps]))
 

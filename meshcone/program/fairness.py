@@ -1,0 +1,82 @@
+"""Fairness: what holds the vertices of a mesh together where the data say nothing.
+
+    Σ_i (L X − T)_iᵀ W_i (L X − T)_i,   W_i = b_i I + o_i (I − n_i n_iᵀ)
+
+L X is how far each vertex lies from the mean of its neighbours. Where T is zero, fairness
+smooths positions. Where T is what L makes of the input, it smooths displacements: the
+vertices move with their neighbours and keep their shape. A border asks for one across the
+surface and the other within it, or its outline would melt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from meshcone.program.vertex_blocks import VertexBlocks
+from meshcone.surface.arrays import Floats, row_dot
+
+
+@dataclass(frozen=True)
+class Fairness:
+    """One round's fairness.
+
+    Attributes:
+        laplacian: (n, n) L, uniform: each vertex minus the mean of its neighbours.
+        weights: (n,) b ≥ 0.
+        outline: (n,) o ≥ 0, what is added within the tangent plane.
+        normals: (n, 3) n, unit normals of the tangent planes.
+        rest: (n, 3) T.
+    """
+
+    laplacian: sparse.csr_array
+    weights: Floats
+    outline: Floats
+    normals: Floats
+    rest: Floats
+
+    def apply(self, positions: Floats) -> Floats:
+        """Return Lᵀ W L X for (n, 3) positions."""
+        return np.asarray(self._transposed @ self._weighted(self.laplacian @ positions))
+
+    @cached_property
+    def pulled(self) -> Floats:
+        """Lᵀ W T, (n, 3)."""
+        return np.asarray(self._transposed @ self._weighted(self.rest))
+
+    @property
+    def value_at_zero(self) -> float:
+        """The fairness where every vertex is at the origin."""
+        return float(np.sum(self.rest * self._weighted(self.rest)))
+
+    @property
+    def diagonal_blocks(self) -> VertexBlocks:
+        """The 3×3 blocks on the diagonal of Lᵀ W L."""
+        return VertexBlocks(self.laplacian.power(2).T @ self._blocks.entries)
+
+    def matrix(self) -> sparse.csr_array:
+        """Return Lᵀ W L over all coordinates, (3n, 3n)."""
+        count = len(self.weights)
+        places = np.arange(count, dtype=np.int32), np.arange(count + 1, dtype=np.int32)
+        weights = sparse.bsr_array((self._blocks.full(), *places), shape=(3 * count, 3 * count))
+        spread = sparse.kron(self.laplacian, sparse.eye_array(3)).tocsr()
+        return sparse.csr_array(spread.T @ weights.tocsr() @ spread)
+
+    def _weighted(self, vectors: Floats) -> Floats:
+        result = (self.weights + self.outline)[:, None] * vectors
+        if self.outline.any():
+            across = self.outline * row_dot(self.normals, vectors)
+            result -= across[:, None] * self.normals
+        return np.asarray(result)
+
+    @property
+    def _blocks(self) -> VertexBlocks:
+        across = VertexBlocks.of_planes(-self.outline, self.normals, 0.0)
+        return across.plus_isotropic(self.weights + self.outline)
+
+    @cached_property
+    def _transposed(self) -> sparse.csr_array:
+        return self.laplacian.T.tocsr()

@@ -1,0 +1,48 @@
+"""The reference with what every round asks of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Floats
+from meshcone.surface.ordering import spatial_order
+
+# Samples of the reference: about as many again as the source has vertices while that is
+# cheap, and fewer for dense meshes, whose edges are shorter than what is left to find.
+_FEWEST_SAMPLES = 2000
+_DENSE_FROM = 40_000
+
+
+@dataclass(frozen=True)
+class PreparedReference:
+    """The reference with what every round asks of it.
+
+    Attributes:
+        tree: closest points on it.
+        points: (k, 3) samples of it: on its faces and at its vertices.
+        normals: (k, 3) their normals.
+    """
+
+    tree: SurfaceTree
+    points: Floats
+    normals: Floats
+
+    @staticmethod
+    def of(reference: Mesh, source_vertices: int, seed: int) -> PreparedReference:
+        """Sample the reference up to twice as densely as the source has vertices.
+
+        Its own vertices are among the samples: they are where corners are.
+        """
+        count = min(2 * source_vertices, _DENSE_FROM + source_vertices // 4)
+        count = max(count, _FEWEST_SAMPLES)
+        samples = sample_surface(reference, count, seed)
+        chosen = reference.used_vertices
+        if len(chosen) > count:
+            chosen = np.random.default_rng(seed).choice(chosen, count, replace=False)
+        points = np.concatenate([samples.points, reference.vertices[chosen]])
+        normals = np.concatenate([samples.normals, reference.vertex_normals[chosen]])
+        order = spatial_order(points)
+        return PreparedReference(SurfaceTree(reference), points[order], normals[order])

@@ -1,0 +1,87 @@
+"""Which vertices have nothing on the reference to follow.
+
+The closest point of a vertex says nothing of where it belongs if the reference has a hole
+there, or lacks the part. Such a vertex has no pull; its neighbours carry it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from meshcone.program.prepared_reference import PreparedReference
+from meshcone.surface import ClosestPoints, Mesh, SurfaceTree
+from meshcone.surface.arrays import Bools, Floats, row_dot, row_lengths
+from meshcone.surface.closest import barycentric_weights
+
+# Distances are relative to the reference's radius. A part is far from the reference if it is
+# farther than a few median distances, and this far at least.
+_FAR_IN_MEDIANS, _FAR_FLOOR = 4.0, 0.05
+# The reference lacks a part of the source only if the source covers this share of it.
+_COVERED = 0.97
+# A vertex lies across a border if its closest point is on one and less than this share of
+# the way there is along the normal; from this many median distances on it is no noise.
+_ALONG_NORMAL = 0.7
+_ACROSS_IN_MEDIANS = 3.0
+_ON_EDGE = 1e-6
+
+
+def without_counterpart(
+    source: Mesh, adjacency: sparse.csr_array, distances: Floats, reference: PreparedReference
+) -> Bools:
+    """Find the vertices of parts that the reference lacks, (n,).
+
+    A part is a connected set of vertices that are far away while the rest covers the reference.
+    One vertex alone is a spike, which belongs to the surface around it: a part has a vertex
+    whose neighbours are far as well. A piece that is far by half is a part as a whole.
+
+    Args:
+        source: the input in the frame.
+        adjacency: (n, n) its edges.
+        distances: (n,) of its vertices from the reference.
+        reference: the reference.
+    """
+    count = len(distances)
+    none = np.zeros(count, dtype=bool)
+    used = source.used_vertices
+    limit = max(_FAR_IN_MEDIANS * float(np.median(distances[used])), _FAR_FLOOR)
+    far = distances > limit
+    if not far[used].any():
+        return none
+    degree = np.diff(adjacency.indptr)
+    inside = far & (degree > 0) & (adjacency @ far.astype(np.float64) >= degree)
+    kept = sparse.diags_array(far.astype(np.float64))
+    _, labels = connected_components(kept @ adjacency @ kept, directed=False)
+    lost = far & np.isin(labels, labels[inside])
+    _, pieces = connected_components(adjacency, directed=False)
+    lost |= (np.bincount(pieces, lost) > 0.5 * np.bincount(pieces))[pieces]
+    rest = source.faces[~lost[source.faces].any(axis=1)]
+    if not len(rest) or not lost.any():
+        return none
+    uncovered = SurfaceTree(Mesh(source.vertices, rest)).closest(reference.points).distances
+    return lost if np.mean(uncovered <= limit) >= _COVERED else none
+
+
+def across_a_border(
+    vertices: Floats, closest: ClosestPoints, reference: PreparedReference
+) -> Bools:
+    """Find the vertices over a hole of the reference, or beyond its border, (n,).
+
+    Args:
+        vertices: (n, 3) positions.
+        closest: the reference's closest points to them.
+        reference: the reference.
+    """
+    mesh = reference.tree.mesh
+    if not mesh.border_sides.any():
+        return np.zeros(len(vertices), dtype=bool)
+    shares = barycentric_weights(closest.points, mesh, closest.faces)
+    # The side from a corner to the next lies opposite of the third.
+    on_side = np.roll(shares <= _ON_EDGE, -2, axis=1)
+    on_border = (on_side & mesh.border_sides[closest.faces]).any(axis=1)
+    offsets = vertices - closest.points
+    along = np.abs(row_dot(offsets, mesh.face_normals[closest.faces]))
+    sideways = along < _ALONG_NORMAL * row_lengths(offsets)
+    beyond = closest.distances > _ACROSS_IN_MEDIANS * np.median(closest.distances)
+    return np.asarray(on_border & sideways & beyond)

@@ -1,0 +1,109 @@
+"""Vertices that have nothing on the reference to follow, and those that have."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from meshcone.program.prepared_reference import PreparedReference
+from meshcone.program.trust import across_a_border, without_counterpart
+from meshcone.surface import Mesh
+from meshcone.surface.arrays import Bools
+from tests.meshes import cylinder, noisy, sheet, sphere
+
+BALL = sphere(3)
+
+
+def prepared(reference: Mesh) -> PreparedReference:
+    return PreparedReference.of(reference, len(reference.vertices), seed=0)
+
+
+def lost(source: Mesh, reference: Mesh) -> Bools:
+    ends = np.concatenate([source.edges, source.edges[:, ::-1]])
+    shape = (len(source.vertices),) * 2
+    adjacency = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape).tocsr()
+    known = prepared(reference)
+    distances = known.tree.closest(source.vertices).distances
+    return without_counterpart(source, adjacency, distances, known)
+
+
+def together(*meshes: Mesh) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
+    )
+
+
+def beside(mesh: Mesh, x: float) -> Mesh:
+    return mesh.moved_to(mesh.vertices + np.array([x, 0, 0]))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_piece_the_reference_lacks_is_lost_as_a_whole(seed: int) -> None:
+    handle = beside(cylinder(12, 9, 0.1, 0.8), 1.08)  # it stands on the ball and out of it
+    source = noisy(together(BALL, handle), 0.01, seed)
+
+    found = lost(source, BALL)
+
+    np.testing.assert_array_equal(np.flatnonzero(found), len(BALL.vertices) + np.arange(12 * 9))
+
+
+def test_the_far_end_of_a_pipe_is_lost_where_the_reference_is_shorter() -> None:
+    pipe = cylinder(12, 17, 0.5, 1.6)
+    shorter = Mesh(pipe.vertices, pipe.faces[pipe.corners[:, :, 2].max(axis=1) < 0.25])
+
+    found = lost(pipe, shorter)
+
+    np.testing.assert_array_equal(found, pipe.vertices[:, 2] > 0.25)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_spikes_are_not_lost(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    spiked = BALL.vertices.copy()
+    spiked[generator.choice(len(spiked), 6, replace=False)] *= 1.3
+
+    assert not lost(BALL.moved_to(spiked), BALL).any()
+
+
+def test_nothing_is_lost_of_a_source_that_has_yet_to_cover_the_reference() -> None:
+    long = BALL.moved_to(BALL.vertices * [0.2, 0.2, 1.0])
+
+    assert not lost(sphere(3), long).any()
+    assert not lost(long, sphere(3)).any()
+
+
+def test_a_part_is_not_lost_where_the_source_lacks_another() -> None:
+    here, there = beside(BALL, -3.0), beside(BALL, 3.0)
+
+    assert not lost(together(BALL, here), together(BALL, there)).any()
+
+
+def test_what_lies_over_a_hole_is_across_its_border() -> None:
+    above = BALL.corners[:, :, 2].max(axis=1) > 0.8
+    open_ball = Mesh(BALL.vertices, BALL.faces[~above])
+    source = noisy(BALL, 0.005)
+    known = prepared(open_ball)
+
+    found = across_a_border(source.vertices, known.tree.closest(source.vertices), known)
+
+    height = BALL.vertices[:, 2]
+    rim = open_ball.vertices[open_ball.border_vertices][:, 2].max()
+    assert found[height > rim + 0.02].all()
+    assert not found[height < rim - 0.02].any()
+
+
+def test_nothing_is_across_the_border_of_a_closed_reference() -> None:
+    source, known = noisy(BALL, 0.02), prepared(BALL)
+
+    assert not across_a_border(source.vertices, known.tree.closest(source.vertices), known).any()
+
+
+def test_what_lies_above_a_border_is_not_across_it() -> None:
+    flat = sheet(5, 5)
+    known = prepared(flat)
+    raised = flat.vertices + np.array([0, 0, 0.3])
+
+    assert not across_a_border(raised, known.tree.closest(raised), known).any()
