@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import MESHOPT
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -184,12 +183,6 @@ class Accessors:
         """
         start, length, buffer = self.view_extent(view)
         return bytes(self.buffers[buffer].data[start : start + length])
-
-    def is_compressed(self, accessor: Accessor) -> bool:
-        """Whether the bytes read are only the fallback of a compressed copy."""
-        view = accessor.element.integer("bufferView")
-        extensions = self.views[view].value.get("extensions") if view is not None else None
-        return isinstance(extensions, dict) and any(name in extensions for name in MESHOPT)
 
     def read(
         self, accessor: Accessor, edited: Mapping[int, bytearray] | None = None

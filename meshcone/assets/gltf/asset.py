@@ -98,6 +98,9 @@ class GltfAsset(Asset):
         told = []
         if self._model.compressed:
             told.append(Notice(Code.WRITING_DRACO, _DRACO_CHANGES[policy.draco]))
+        if self._model.expanded:
+            words = "what is compressed with meshopt is written as plain buffers"
+            told.append(Notice(Code.WRITING_MESHOPT, words))
         before, after = self._model.document.root, self._writable(policy).document.root
         copied = len(after.children("meshes")) - len(before.children("meshes"))
         apart = len(after.children("accessors")) - len(before.children("accessors"))

@@ -14,7 +14,7 @@ from urllib.parse import unquote, unquote_to_bytes
 
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import MESHOPT
+from meshcone.assets.gltf.extensions import MESHOPT, extension_of
 from meshcone.assets.pointers import refuse_pointer
 from meshcone.relative_names import from_uri, sent_as
 
@@ -82,6 +82,21 @@ class Buffers:
         kept = self._binary if binary is None else binary
         return Buffers(document, kept, self._resources)
 
+    def is_stored(self, index: int) -> bool:
+        """Whether a buffer has bytes: one that exists to be decompressed into has none."""
+        element = self._elements[index]
+        for each in MESHOPT:
+            extension = extension_of(element, each)
+            if extension is not None and extension.flag("fallback") and "uri" not in element.value:
+                return False
+        uri = element.text("uri")
+        if uri is None:
+            return index == 0 and self._binary is not None
+        name = from_uri(uri)
+        return uri[:5].lower() == "data:" or (
+            name is not None and sent_as(name, self._resources) is not None
+        )
+
     def __len__(self) -> int:
         return len(self._elements)
 
@@ -100,7 +115,7 @@ class Buffers:
         uri = element.text("uri")
         if uri is None:
             if index != 0 or self._binary is None:
-                raise element.error("uri", f"buffer {index} has no data{_compression(element)}")
+                raise element.error("uri", f"buffer {index} has no data")
             buffer = Buffer(self._binary, length, "binary")
         else:
             file = self.named(uri, element)
@@ -131,12 +146,6 @@ class Buffers:
                 refuse_pointer(data, element.place("uri"))
                 return NamedFile(known, data, embedded=False)
         raise element.error("uri", f"names '{name[:80]}', which was not sent")
-
-
-def _compression(element: Element) -> str:
-    extensions = element.value.get("extensions")
-    found = [name for name in MESHOPT if isinstance(extensions, dict) and name in extensions]
-    return f" outside '{found[0]}'; export without compression" if found else ""
 
 
 def encode_data_uri(data: bytes, previous: str | None) -> str:

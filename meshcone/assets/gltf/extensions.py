@@ -15,7 +15,7 @@ VISIBILITY = "KHR_node_visibility"
 LEVELS = "MSFT_lod"
 RELATIVE_TO_CENTER = "CESIUM_RTC"
 
-_UNDERSTOOD = {DRACO, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
+_UNDERSTOOD = {DRACO, *MESHOPT, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
 # What these say is of looks, behaviour or meaning; none moves a vertex or needs to know where
 # one is.
 _APART_PREFIXES = (
@@ -43,28 +43,17 @@ _APART = {
     "MOZ_hubs_components",
     "GODOT_single_root",
 }
-_ADVICE = {
-    MESHOPT[0]: "export without meshopt compression",
-    MESHOPT[1]: "export without meshopt compression",
-}
 
 
 def unknown_extensions(root: Element) -> tuple[str, ...]:
-    """Names that a document requires and of which nothing is known here.
-
-    Raises:
-        InputError: one of them is known, and cannot be read.
-    """
-    unknown = []
-    for number, name in enumerate(root.texts("extensionsRequired")):
-        if name in _ADVICE:
-            raise InputError(
-                f"requires the extension '{name}', which is not supported; {_ADVICE[name]}",
-                place=f"/extensionsRequired/{number}",
-            )
-        if name not in _UNDERSTOOD | _APART and not name.startswith(_APART_PREFIXES):
-            unknown.append(name)
-    return tuple(dict.fromkeys(unknown))
+    """Names that a document requires and of which nothing is known here."""
+    return tuple(
+        dict.fromkeys(
+            name
+            for name in root.texts("extensionsRequired")
+            if name not in _UNDERSTOOD | _APART and not name.startswith(_APART_PREFIXES)
+        )
+    )
 
 
 def check_untouched(root: Element, unknown: tuple[str, ...], primitives: Iterable[Element]) -> None:

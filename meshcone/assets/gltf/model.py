@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from meshcone.assets.gltf.container import Container, join_glb
 from meshcone.assets.gltf.document import Document, parse_document
 from meshcone.assets.gltf.draco.deflate import bitstream_accessors, deflate, replay
 from meshcone.assets.gltf.draco.inflate import DracoPrimitive, inflate
+from meshcone.assets.gltf.meshopt import expand
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
@@ -46,6 +47,7 @@ class Model:
         container: the GLB it is in, or None.
         document: without compressed geometry.
         compressed: how the file has it, if it is compressed with Draco.
+        expanded: whether the file has some of it compressed with meshopt.
     """
 
     container: Container | None
@@ -54,6 +56,7 @@ class Model:
     scene: Scene
     limits: Limits
     compressed: Compressed | None = None
+    expanded: bool = False
 
     @staticmethod
     def read(
@@ -62,9 +65,12 @@ class Model:
         """Parse a document and read its scene. Raises as ``read_gltf`` does."""
         document = parse_document(data if container is None else container.json, limits)
         buffers = Buffers(document, container.binary if container else None, resources)
+        expanded = expand(document, buffers, limits)
+        document, buffers = expanded or (document, buffers)
         plain, plain_buffers, primitives = inflate(document, buffers, limits)
         compressed = Compressed(document, buffers, primitives) if primitives else None
-        return Model.of(container, plain, plain_buffers, limits, compressed)
+        model = Model.of(container, plain, plain_buffers, limits, compressed)
+        return replace(model, expanded=expanded is not None)
 
     @staticmethod
     def of(

@@ -93,7 +93,7 @@ class PrimitiveReader:
             material=element.integer("material"),
             triangles=triangles,
             morphed=bool(element.children("targets")),
-            compressed=draco or self._accessors.is_compressed(position),
+            compressed=draco,
         )
 
     def _attribute(

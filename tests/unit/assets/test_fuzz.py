@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshcone.assets import Limits, read_asset
 from meshcone.errors import MeshConeError
 from tests.fuzz import seeds
 from tests.fuzz.damage import damaged_bytes, damaged_document, damaged_words
+from tests.unit.assets.builders import cube_gltf
+from tests.unit.assets.squeezing import squeezed
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -67,6 +69,8 @@ def test_off(data: bytes) -> None:
     check("damaged.off", data)
 
 
+SQUEEZED = squeezed(cube_gltf())
+SQUEEZED.json["buffers"][0]["byteLength"] = len(SQUEEZED.binary)
 EMBEDDED = [json.loads(gltf.embedded()) for gltf in seeds.DOCUMENTS]
 
 
@@ -93,4 +97,14 @@ def test_glb(data: bytes) -> None:
     )
 )
 def test_glb_of_a_damaged_document_and_buffer(data: bytes) -> None:
+    check("damaged.glb", data)
+
+
+# Each example starts a process to decode it.
+@settings(max_examples=settings.default.max_examples // 10)
+@given(
+    st.builds(seeds.packed, st.just(SQUEEZED.json), damaged_bytes(bytes(SQUEEZED.binary)))
+    | st.builds(seeds.packed, damaged_document(SQUEEZED.json), st.just(bytes(SQUEEZED.binary)))
+)
+def test_meshopt(data: bytes) -> None:
     check("damaged.glb", data)

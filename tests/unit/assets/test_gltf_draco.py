@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from meshcone.assets import Asset, Limits, WritePolicy, read_asset
-from meshcone.assets.gltf.draco import decoder
+from meshcone.assets.gltf.decoding import process
 from meshcone.assets.gltf.draco.decoder import DracoData, decode_draco
 from meshcone.errors import InputError, InternalError, LimitError
 from tests.unit.assets.builders import DRACO, Gltf, chunks, compress, cube_gltf
@@ -254,7 +254,7 @@ def varint(value: int) -> bytes:
 
 
 def test_a_bitstream_that_declares_billions_is_refused_before_it_is_decoded(monkeypatch):
-    monkeypatch.setattr(decoder, "_CHILD", "there is no such file")
+    monkeypatch.setattr(process, "_CHILD", "there is no such file")
     for data in (bitstream(triangles=2**31), bitstream(vertices=2**31)):
         with pytest.raises(InputError, match="the Draco data declare 2,147,483,648"):
             decode_draco([DracoData(data, 12, 24, 1000, "/here")])
@@ -272,8 +272,8 @@ def test_a_bitstream_that_declares_billions_is_refused_before_it_is_decoded(monk
 def test_the_decoders_end_is_an_error_and_not_ours(tmp_path, monkeypatch, program, error, message):
     child = tmp_path / "child.py"
     child.write_text(program)
-    monkeypatch.setattr(decoder, "_CHILD", child)
-    monkeypatch.setattr(decoder, "_BASE_SECONDS", 1)
+    monkeypatch.setattr(process, "_CHILD", child)
+    monkeypatch.setattr(process, "_BASE_SECONDS", 1)
     with pytest.raises(error, match=message) as caught:
         decode_draco([DracoData(bitstream(), 12, 24, 1000, "/here")])
     assert caught.value.place == "/here"

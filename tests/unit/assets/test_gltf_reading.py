@@ -208,7 +208,6 @@ def test_without_a_scene_all_root_nodes_are_read():
         ("nodes/0/extensions", {"EXT_mesh_gpu_instancing": {}}, "/nodes/0/extensions", "instanc"),
         ("meshes/0/primitives/0/mode", 7, "/meshes/0/primitives/0/mode", "unknown primitive mode"),
         ("meshes/0/primitives/0/attributes", [], None, "expected an object, found an array"),
-        ("extensionsRequired", ["EXT_meshopt_compression"], None, "without meshopt"),
         ("scene", 3, "/scene", "names scene 3"),
         ("nodes", [], "/scenes/0/nodes/0", "names node 0"),
         ("scenes/0/nodes", [], None, "it has no faces"),

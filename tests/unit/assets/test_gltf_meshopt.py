@@ -1,0 +1,161 @@
+"""Buffer views compressed with meshopt in, plain ones out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import meshopt
+import numpy as np
+import pytest
+
+from meshcone.assets import Asset, Limits, WritePolicy, read_asset
+from meshcone.errors import InputError, LimitError
+from meshcone.notices import Code
+from tests.unit.assets.builders import Gltf, chunks, compress, cube_gltf, stored
+from tests.unit.assets.squeezing import EXT, squeezed
+
+
+def read(gltf: Gltf, **limits: int) -> Asset:
+    return read_asset("mesh.glb", gltf.glb(), limits=Limits(**limits))
+
+
+@pytest.mark.parametrize(
+    ("name", "version"), [(EXT, 0), ("KHR_meshopt_compression", 0), ("KHR_meshopt_compression", 1)]
+)
+@pytest.mark.parametrize("accessors", [None, [0], [3], [1, 3]])
+def test_what_was_compressed_is_read_as_it_was(
+    name: str, version: int, accessors: list[int] | None
+) -> None:
+    plain = read(cube_gltf())
+    asset = read(squeezed(cube_gltf(), accessors, name=name, version=version))
+    assert np.array_equal(asset.positions, plain.positions)
+    corners, theirs = asset.positions[asset.triangles], plain.positions[plain.triangles]
+    # The codec may turn a triangle, which leaves its corners in their cycle.
+    first = np.lexsort(theirs.reshape(-1, 9).T)
+    turns = [np.roll(corners, turn, axis=1).reshape(-1, 9) for turn in range(3)]
+    for triangle in theirs.reshape(-1, 9)[first]:
+        assert any((turned == triangle).all(axis=1).any() for turned in turns)
+
+
+def test_it_is_written_plainly_and_nothing_mentions_the_extension() -> None:
+    gltf = squeezed(cube_gltf())
+    gltf.json["images"] = [{"bufferView": gltf.view(b"a picture"), "mimeType": "image/png"}]
+    asset = read(gltf)
+
+    written = asset.patched(asset.vertices * 1.5 + 1)
+
+    document, binary = chunks(written)
+    assert b"meshopt" not in written
+    assert [notice.code for notice in asset.changes(WritePolicy())] == [Code.WRITING_MESHOPT]
+    assert len(document["buffers"]) == 1
+    view = document["bufferViews"][document["images"][0]["bufferView"]]
+    start = view["byteOffset"]
+    assert binary[start : start + view["byteLength"]] == b"a picture"
+    again = read_asset("mesh.glb", written)
+    assert np.allclose(again.vertices, asset.vertices * 1.5 + 1)
+    uv = asset.content().draws[0].attributes["TEXCOORD_0"].at_corners()
+    assert np.array_equal(again.content().draws[0].attributes["TEXCOORD_0"].at_corners(), uv)
+
+
+def test_where_nothing_moved_the_file_stays_compressed() -> None:
+    data = squeezed(cube_gltf()).glb()
+    asset = read_asset("mesh.glb", data)
+    assert asset.patched(asset.vertices) == data
+
+
+@pytest.mark.parametrize("bits", [16, 23])
+def test_exponents_are_undone(bits: int) -> None:
+    gltf = cube_gltf()
+    values = stored(gltf, 0) * np.float32(1 / 3) + np.float32(0.1)
+    filtered = {0: ("EXPONENTIAL", meshopt.encode_filter_exp(values, bits).view("u4"))}
+    asset = read(squeezed(gltf, filtered=filtered))
+    assert np.abs(asset.positions - values).max() <= 2.0 ** (2 - bits)
+
+
+def test_octahedral_normals_are_undone() -> None:
+    gltf = cube_gltf()
+    turned = stored(gltf, 1) @ np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    rows = np.column_stack([turned, np.ones(len(turned))]).astype(np.float32)
+    filtered = {1: ("OCTAHEDRAL", meshopt.encode_filter_oct(rows, 8, 16).view("i2"))}
+    packed = squeezed(gltf, filtered=filtered)
+    packed.json["accessors"][1] |= {"componentType": 5122, "normalized": True}
+    packed.json["extensionsUsed"].append("KHR_mesh_quantization")
+    asset = read(packed)
+    normals = asset.content().draws[0].attributes["NORMAL"].read(np.arange(24))
+    assert np.abs(normals - turned).max() < 1e-3
+
+
+def test_a_plain_copy_is_the_one_that_is_read() -> None:
+    gltf = squeezed(cube_gltf(), [0])
+    plain = bytes(cube_gltf().binary)[: 24 * 12]
+    moved = (np.frombuffer(plain, "<f4") + 5).astype("<f4").tobytes()
+    gltf.json["buffers"][1] = {"byteLength": len(moved), "uri": "fallback.bin"}
+    document = gltf.glb()
+
+    asset = read_asset("mesh.glb", document, {"fallback.bin": moved})
+
+    assert np.array_equal(asset.positions, read(cube_gltf()).positions + 5)
+    again = read_asset("mesh.glb", asset.patched(asset.vertices + 1), {"fallback.bin": moved})
+    assert np.allclose(again.vertices, asset.vertices + 1)
+
+
+def test_it_may_stand_beside_draco() -> None:
+    gltf = cube_gltf()
+    other = gltf.accessor(np.eye(3, dtype=np.float32) + 4)
+    gltf.json["meshes"][0]["primitives"].append({"attributes": {"POSITION": other}})
+    draco = squeezed_views(compress(gltf), other)
+    asset = read_asset("mesh.glb", draco.glb())
+    assert asset.counts().faces == 13
+    for policy in (WritePolicy(), WritePolicy(draco="encode")):
+        again = read_asset("mesh.glb", asset.patched(asset.vertices + 1, policy))
+        assert np.allclose(again.vertices, asset.vertices + 1, atol=1e-4)
+
+
+def squeezed_views(gltf: Gltf, accessor: int) -> Gltf:
+    """The document with the view of one accessor compressed, the others where they are."""
+    view = gltf.json["bufferViews"][gltf.json["accessors"][accessor]["bufferView"]]
+    rows = stored(gltf, accessor)
+    bits = meshopt.encode_gltf_buffer(rows, "ATTRIBUTES")
+    placed = gltf.json["bufferViews"][gltf.view(bits)]
+    gltf.json["bufferViews"].pop()
+    extension = {"count": len(rows), "byteStride": 12, "mode": "ATTRIBUTES"} | placed
+    view |= {"buffer": 1, "byteOffset": 0, "extensions": {EXT: extension}}
+    gltf.json["buffers"].append({"byteLength": 36, "extensions": {EXT: {"fallback": True}}})
+    gltf.json["extensionsUsed"].append(EXT)
+    return gltf
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("mode", "POINTS", "expected one of ATTRIBUTES, TRIANGLES, INDICES, found 'POINTS'"),
+        ("filter", "BLUR", "expected one of NONE, .*, found 'BLUR'"),
+        ("filter", "QUATERNION", "'QUATERNION' has no elements of 12"),
+        ("byteStride", 10, "a multiple of 4 up to 256, found 10"),
+        ("byteStride", 8, "24 elements of 8 bytes are 192 bytes, the view declares 288"),
+        ("count", 10**12, "the view declares 288"),
+        ("byteLength", 10**9, "ends at byte"),
+        ("byteOffset", 10**9, "ends at byte"),
+        ("buffer", 7, "names buffer 7"),
+        ("byteLength", 9, "the meshopt data are damaged"),
+    ],
+)
+def test_what_is_declared_wrongly_is_refused(key: str, value: Any, message: str) -> None:
+    gltf = squeezed(cube_gltf())
+    gltf.json["bufferViews"][0]["extensions"][EXT][key] = value
+    with pytest.raises(InputError, match=message) as caught:
+        read(gltf)
+    assert (caught.value.place or "").startswith("/bufferViews/0")
+
+
+def test_what_it_decompresses_to_counts_against_the_limits() -> None:
+    gltf = squeezed(cube_gltf())
+    gltf.json["accessors"].append({"componentType": 5126, "type": "VEC4", "count": 60_000})
+    view = {"buffer": 1, "byteLength": 960_000, "extensions": {EXT: {}}}
+    view["extensions"][EXT] = gltf.json["bufferViews"][0]["extensions"][EXT] | {
+        "count": 60_000,
+        "byteStride": 16,
+    }
+    gltf.json["bufferViews"].append(view)
+    with pytest.raises(LimitError, match="bytes when decompressed"):
+        read(gltf, file_bytes=100_000)
