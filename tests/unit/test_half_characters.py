@@ -47,5 +47,5 @@ def test_a_gltf_that_names_a_buffer_by_half_a_character_is_refused_in_words(
         measure(read_local(path), ball, MEASURED)
 
     assert str(refused.value).encode() == (
-        b"a.gltf, /buffers/0/uri: names '\\ud800', which was not sent"
+        b"a.gltf, /buffers/0/uri: '\\ud800' is not the name of a file sent along"
     )
