@@ -9,14 +9,13 @@ import numpy as np
 
 from meshcone.appearance.ciede2000 import differences, to_lab
 from meshcone.appearance.facing import FacingSurface
-from meshcone.appearance.paint import Paint, Spots
+from meshcone.appearance.paint import Paint, Spots, shown
 from meshcone.appearance.records import Appearance, ColorDifference, Compared
 from meshcone.quality.sampled import SampledSurface
 from meshcone.srgb import to_encoded
 from meshcone.surface.arrays import Floats, Ints, row_dot
 from meshcone.surface.closest import barycentric_weights
 
-_GROUND = 0.2140  # what shows through: half of white as encoded, in linear light
 _LEAST_ERROR = 10**-9.9  # mean square that is stated as 99 dB
 
 
@@ -115,7 +114,7 @@ def _looked_up(sides: Sequence[_Side]) -> list[Floats]:
 
 def _compared(sides: Sequence[Floats]) -> Compared:
     """Compare the first with the second and the third with the fourth, (k, 4) each."""
-    here, there = (_shown(np.concatenate(sides[first::2])) for first in (0, 1))
+    here, there = (shown(np.concatenate(sides[first::2])) for first in (0, 1))
     if np.isnan(here).any() or np.isnan(there).any():
         return "not_tested"
     found = differences(to_lab(here), to_lab(there))
@@ -126,9 +125,3 @@ def _compared(sides: Sequence[Floats]) -> Compared:
         max=float(found.max()),
         psnr=-10 * float(np.log10(max(error, _LEAST_ERROR))),
     )
-
-
-def _shown(colours: Floats) -> Floats:
-    """Linear RGB (k, 3) of RGBA (k, 4) over a grey ground."""
-    opacity = colours[:, 3:]
-    return np.asarray(opacity * colours[:, :3] + (1 - opacity) * _GROUND)

@@ -20,6 +20,7 @@ _DEFAULT = Material("")
 _SLOTS = ("base_color", "KHR_materials_pbrSpecularGlossiness.diffuseTexture")
 _MOST_TEXELS = 1 << 28  # of all images of an asset; decoding them takes some seconds
 _NAMED = 3  # faults in one sentence
+_GROUND = 0.2140  # what shows through: half of white as encoded, in linear light
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,12 @@ class Spots:
 
     faces: Ints
     weights: Floats
+
+
+def shown(colours: Floats) -> Floats:
+    """Linear RGB (k, 3) of linear RGBA (k, 4) over a grey ground."""
+    opacity = colours[:, 3:]
+    return np.asarray(opacity * colours[:, :3] + (1 - opacity) * _GROUND)
 
 
 class Paint:

@@ -40,10 +40,12 @@ class AssetView(_Record):
     Attributes:
         report: the whole report, as JSON.
         preview: its meshes, as a GLB file.
+        pictures: them in their colours from six sides, as a PNG file.
     """
 
     report: str
     preview: bytes | None
+    pictures: bytes | None = None
 
 
 class AssetResult(_Record):

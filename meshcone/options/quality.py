@@ -35,6 +35,6 @@ class QualityOptions(Section):
     )
     appearance: bool = Field(
         True,
-        description="compare colours too, where the files have any: for its images about a tenth "
-        "of a second each",
+        description="compare colours and draw pictures in colour, where the files have any: some "
+        "tenths of a second each",
     )

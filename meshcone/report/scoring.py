@@ -47,6 +47,7 @@ class Scorer:
         """
         self._source, self._options = source, options
         self._collapsed, collapsed_reference = collapsed
+        self._paints: tuple[Paint, Paint] | None = None
         self._watch = Stopwatch()
         self._sampling = sampling_of(options.quality)
         self._reference = self._sampled(reference, self._reference_seed)
@@ -95,6 +96,7 @@ class Scorer:
         """
         if not self._options.quality.appearance:
             return None
+        self._paints = source, reference
         with self._watch.stage("appearance"):
             return compare_colours(
                 Painted(self._judged, source),
@@ -135,6 +137,7 @@ class Scorer:
             refined=judged if changed else None,
             reference=_surface(self._reference, self._judged),
             tension=tension,
+            paints=self._paints,
         )
 
     @property

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from meshcone.appearance.paint import Paint
 from meshcone.surface import Frame, Mesh
 from meshcone.surface.arrays import Floats
 
@@ -35,6 +36,8 @@ class Scene:
         reference: against the refined mesh, or the input where there is none.
         tension: (n,) how hard the constraints hold each vertex of the refined mesh, see
             :func:`meshcone.program.tension.vertex_tension`; None where there is no program.
+        paints: the colours of source, which are the refined mesh's too, and reference; None
+            where nobody asked for colours.
     """
 
     frame: Frame
@@ -42,6 +45,7 @@ class Scene:
     refined: Surface | None
     reference: Surface
     tension: Floats | None = None
+    paints: tuple[Paint, Paint] | None = None
 
 
 def spread_to_vertices(mesh: Mesh, values: Floats) -> Floats:

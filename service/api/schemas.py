@@ -21,6 +21,7 @@ _RESULTS = {
     "certificate": "certificate",
     "preview": "preview.glb",
     "heatmap": "heatmap.glb",
+    "pictures": "pictures.png",
     "diagnostics_csv": "diagnostics.csv",
 }
 
@@ -63,6 +64,11 @@ class JobLinks(BaseModel):
     )
     heatmap: str | None = Field(
         default=None, description="the refined mesh coloured by deviation and tension, as GLB"
+    )
+    pictures: str | None = Field(
+        default=None,
+        description="six views of input, refined mesh and reference in their colours, as PNG; "
+        "absent where neither file has colours",
     )
     diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
     diagnostics_csv: str | None = Field(

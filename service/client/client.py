@@ -240,6 +240,12 @@ class Client:
         """Light copies of the meshes of a job that succeeded, as GLB."""
         return self._get(f"{job_path(job_id)}/preview.glb").content
 
+    def pictures(self, job_id: str) -> bytes | None:
+        """The meshes of a job that succeeded from six sides, as PNG; none without colours."""
+        if self.job(job_id).links.pictures is None:
+            return None
+        return self._get(f"{job_path(job_id)}/pictures.png").content
+
     def diagnostics(self, job_id: str) -> dict[str, Any]:
         """What the solver did, of a job that succeeded."""
         diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()

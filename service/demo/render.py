@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from meshcone.surface.arrays import normalized
 from meshcone.surface.mesh import Mesh
-from service.demo.raster import Fragments, rasterize
+from meshcone.views.raster import Fragments, rasterize
 
 Floats = NDArray[np.float64]
 

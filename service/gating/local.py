@@ -125,7 +125,11 @@ def _judgement(job: GateJob) -> Judgement:
 
 
 def _view(done: Measurement | Refinement) -> AssetView:
+    from meshcone.views.pictures import pictures_png
     from meshcone.views.preview import preview_glb
 
-    preview = preview_glb(done.scene, VIEWED_FACES)
-    return AssetView(report=done.report.model_dump_json(), preview=preview)
+    return AssetView(
+        report=done.report.model_dump_json(),
+        preview=preview_glb(done.scene, VIEWED_FACES),
+        pictures=pictures_png(done.scene),
+    )

@@ -69,4 +69,8 @@ class RemoteGatekeeper:
         raise SolveTimeoutError(f"job {sent.id} has not ended within {JOB_TIMEOUT:g} s")
 
     def _view(self, job_id: str, report: dict[str, Any]) -> AssetView:
-        return AssetView(report=json.dumps(report), preview=self._client.preview(job_id))
+        return AssetView(
+            report=json.dumps(report),
+            preview=self._client.preview(job_id),
+            pictures=self._client.pictures(job_id),
+        )

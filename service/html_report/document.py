@@ -32,6 +32,8 @@ class ReportedAsset:
         ending: its verdict or outcome in a word, or ``error``.
         report: as JSON; None where there is none.
         preview: a GLB file of :func:`meshcone.views.preview.preview_glb`; None where there is none.
+        pictures: a PNG file of :func:`meshcone.views.pictures.pictures_png`; None where there is
+            none.
         error: why there is no report.
         refined: name of the refined file, where there is one.
         report_name: name of the report's own file, where there is one.
@@ -41,6 +43,7 @@ class ReportedAsset:
     ending: str
     report: str | None = None
     preview: bytes | None = None
+    pictures: bytes | None = None
     error: str | None = None
     refined: str | None = None
     report_name: str | None = None
@@ -65,7 +68,7 @@ def html_report(title: str, assets: Sequence[ReportedAsset]) -> bytes:
         library=library,
         imports=imports,
         words=_embedded(names_in_words()),
-        assets=_embedded([_described(asset) for asset in assets]),
+        assets=_embedded([_described(asset, with_pictures=asset in shown) for asset in assets]),
         previews="\n".join(
             f'<script type="text/plain" id="preview-{number}">{_packed(asset.preview)}</script>'
             for number, asset in enumerate(assets)
@@ -94,6 +97,7 @@ def _reported(asset: AssetResult) -> ReportedAsset:
         ending=asset.ending,
         report=None if asset.view is None else asset.view.report,
         preview=None if asset.view is None else asset.view.preview,
+        pictures=None if asset.view is None else asset.view.pictures,
         error=reason,
     )
 
@@ -103,11 +107,12 @@ def _with_preview(assets: Sequence[ReportedAsset]) -> list[ReportedAsset]:
     return sorted(seen, key=lambda asset: asset.ending == "pass")[:MOST_PREVIEWS]
 
 
-def _described(asset: ReportedAsset) -> dict[str, Any]:
+def _described(asset: ReportedAsset, *, with_pictures: bool) -> dict[str, Any]:
     return {
         "name": asset.name,
         "ending": asset.ending,
         "report": None if asset.report is None else json.loads(asset.report),
+        "pictures": _address(asset.pictures) if with_pictures else None,
         "error": asset.error,
         "refined": asset.refined,
         "reportName": asset.report_name,
@@ -132,6 +137,10 @@ def _script(name: str) -> str:
 def _embedded(document: object) -> str:
     """JSON that no name in it can end early."""
     return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _address(image: bytes | None) -> str | None:
+    return None if image is None else f"data:image/png;base64,{base64.b64encode(image).decode()}"
 
 
 def _packed(data: bytes) -> str:

@@ -28,6 +28,7 @@ def html_of_result(
         report_name: name of the report's own file, if there is one.
         most_faces: about how many triangles to show of each mesh; by default a preview's.
     """
+    from meshcone.views.pictures import pictures_png
     from meshcone.views.preview import PREVIEW_FACES, preview_glb
 
     asset = ReportedAsset(
@@ -35,6 +36,7 @@ def html_of_result(
         ending=report.outcome if report.gates is None else report.gates.verdict,
         report=report.model_dump_json(),
         preview=preview_glb(scene, most_faces or PREVIEW_FACES),
+        pictures=pictures_png(scene),
         refined=refined,
         report_name=report_name,
     )

@@ -13,6 +13,7 @@ from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
+from tests.painted import encoded, painted, picture
 
 FILES = ["mesh", "report", "certificate", "preview.glb", "heatmap.glb", "diagnostics.csv"]
 
@@ -120,3 +121,25 @@ def test_a_measurement_has_a_heatmap_too(
     job = client.wait(client.submit(rough_ball, ball, {"mode": "measure"}).id)
 
     assert http.get(str(job.links.heatmap)).content[:4] == b"glTF"
+
+
+def test_coloured_files_are_pictured_from_six_sides(http: httpx2.Client, stack: Stack) -> None:
+    file = MeshFile("globe.gltf", painted(encoded(picture())))
+    with Client(stack.url) as client:
+        job = client.wait(client.submit(file, file, {"mode": "measure"}).id)
+
+        pictures = client.pictures(job.id)
+        report = client.report(job.id)
+
+    answer = http.get(f"/v1/jobs/{job.id}/pictures.png")
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.content == pictures
+    assert report["appearance"]["color_difference"]["p95"] < 1e-6
+
+
+def test_files_without_colours_have_no_pictures(http: httpx2.Client, finished: Job) -> None:
+    answer = http.get(f"/v1/jobs/{finished.id}/pictures.png")
+
+    assert finished.links.pictures is None
+    assert answer.status_code == 404
+    assert "neither file has colours" in answer.json()["detail"]

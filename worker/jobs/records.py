@@ -103,7 +103,8 @@ class JobRecord(_Frozen):
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
-            ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``.
+            ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``; of
+            coloured files ``pictures``.
         verdict: what the gates say of it, if there were any.
         summary: the few numbers of its report that a list of jobs shows.
         timings: seconds each stage took, once it has succeeded.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from meshcone.gates.records import Status
 from meshcone.report.report import MeasureReport, Report, diagnostics_csv
 from meshcone.views.heatmap import heatmap_glb
+from meshcone.views.pictures import pictures_png
 from meshcone.views.preview import preview_glb
 from worker.jobs.summaries import JobSummary
 from worker.jobs.tallies import Tallies, tallies_of
@@ -42,7 +43,7 @@ class JobFiles:
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
     """What a refinement of a source of this name leaves.
 
-    That is mesh, report, table, certificate, a preview and a heatmap.
+    That is mesh, report, table, certificate, a preview, a heatmap and, of coloured files, pictures.
     """
     stem = PurePath(source).stem
     table = diagnostics_csv(refinement.report.solver).encode()
@@ -64,7 +65,7 @@ def of_refinement(source: str, refinement: Refinement) -> JobFiles:
 
 
 def of_measurement(source: str, measurement: Measurement) -> JobFiles:
-    """What a measurement of a source of this name leaves: its report, a preview, a heatmap."""
+    """What a measurement of a source of this name leaves: its report and what there is to see."""
     stem = PurePath(source).stem
     files = {
         "report": _report(stem, measurement.report.model_dump_json()),
@@ -83,7 +84,11 @@ def _report(stem: str, text: str) -> ArtifactFile:
 
 
 def _views(stem: str, scene: Scene) -> dict[str, ArtifactFile]:
-    return {
+    files = {
         name: ArtifactFile(write(scene), "model/gltf-binary", f"{stem}.{name}.glb")
         for name, write in (("preview", preview_glb), ("heatmap", heatmap_glb))
     }
+    pictures = pictures_png(scene)
+    if pictures is not None:
+        files["pictures"] = ArtifactFile(pictures, "image/png", f"{stem}.pictures.png")
+    return files

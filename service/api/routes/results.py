@@ -100,6 +100,17 @@ def get_heatmap(
     return file_response(context.blobs, artifact_of(record, "heatmap"), conditions)
 
 
+@_file_route("pictures.png", "views from six sides, in colour", "image/png")
+def get_pictures(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
+    """Input, refined mesh and reference in their own colours, each from six sides.
+
+    There are none where neither file has colours, or `quality.appearance` is off.
+    """
+    return file_response(context.blobs, artifact_of(record, "pictures"), conditions)
+
+
 @_file_route("certificate", "the certificate, a NumPy .npz archive", "application/zip")
 def get_certificate(
     record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
@@ -155,14 +166,18 @@ def artifact_of(record: JobRecord, name: str) -> Artifact:
         raise ProblemError(problem("job-failed", f"the job {ended}", error=error))
     if name not in record.artifacts:
         named = name.removesuffix("_csv")
-        raise ProblemError(problem("not-found", f"the job has no {named}: {_why_none(record)}"))
+        raise ProblemError(
+            problem("not-found", f"the job has no {named}: {_why_none(record, name)}")
+        )
     if record.expired is not None:
         detail = f"the job's files expired at {record.expired:%Y-%m-%dT%H:%M:%SZ}"
         raise ProblemError(problem("gone", detail))
     return record.artifacts[name]
 
 
-def _why_none(record: JobRecord) -> str:
+def _why_none(record: JobRecord, name: str) -> str:
+    if name == "pictures":
+        return "neither file has colours, or comparing them was turned off"
     # A record of an earlier version has no mode; it was refined.
     measured = record.options.get("mode") == "measure"
     return "it measured and refined nothing" if measured else "it kept its input"

@@ -87,8 +87,8 @@ function sent(job) {
 function filesCard(job) {
   const stem = job.source.name.replace(/\.[^.]*$/, "");
   const suffix = job.source.name.slice(stem.length);
-  const known = { mesh: `${stem}.refined${suffix}`, report: `${stem}.report.json`, certificate: `${stem}.report.certificate.npz`, diagnostics_csv: `${stem}.diagnostics.csv`, heatmap: `${stem}.heatmap.glb`, preview: `${stem}.preview.glb` };
-  const told = { mesh: "the refined mesh", report: "the report, as JSON", certificate: "the certificate", diagnostics_csv: "SCS's iterations", heatmap: "coloured by deviation", preview: "what is shown above" };
+  const known = { mesh: `${stem}.refined${suffix}`, report: `${stem}.report.json`, certificate: `${stem}.report.certificate.npz`, diagnostics_csv: `${stem}.diagnostics.csv`, heatmap: `${stem}.heatmap.glb`, preview: `${stem}.preview.glb`, pictures: `${stem}.pictures.png` };
+  const told = { mesh: "the refined mesh", report: "the report, as JSON", certificate: "the certificate", diagnostics_csv: "SCS's iterations", heatmap: "coloured by deviation", preview: "what is shown above", pictures: "from six sides" };
   const entries = Object.keys(known).filter((name) => job.links[name]);
   const paths = jobPaths(job);
   const files = { report: known.report, source: paths.source(job.source.name), reference: paths.reference(job.reference.name), refined: known.mesh, apart: paths.apart };
@@ -116,13 +116,27 @@ function repeatCard(job) {
     command(parts.join(" \\\n"), "Command that repeats this job"));
 }
 
+/** An image needs the key that a request sends; so its bytes become its address. */
+function imageOf(link) {
+  if (!link) return null;
+  return async () => {
+    const image = await (await request(link)).blob();
+    const reader = new FileReader();
+    const read = new Promise((resolve, reject) => { reader.onload = resolve; reader.onerror = reject; });
+    reader.readAsDataURL(image);
+    await read;
+    return reader.result;
+  };
+}
+
 async function show(job) {
   document.title = `${job.source.name} · MeshCone`;
   if (job.state !== "succeeded" || !job.links.report) return place.replaceChildren(title(job), ...ended(job), repeatCard(job));
   const report = await getJson(job.links.report);
   const { card, files } = filesCard(job);
   const bytesOf = (link) => (link ? async () => (await request(link)).arrayBuffer() : null);
-  place.replaceChildren(title(job), ...reportSections(report, { files, loadPreview: bytesOf(job.links.preview), loadWhole: bytesOf(job.links.heatmap) }).filter(Boolean),
+  const around = { files, loadPreview: bytesOf(job.links.preview), loadWhole: bytesOf(job.links.heatmap), loadPictures: imageOf(job.links.pictures) };
+  place.replaceChildren(title(job), ...reportSections(report, around).filter(Boolean),
     h("div", { class: "columns" }, card, repeatCard(job)));
   return undefined;
 }

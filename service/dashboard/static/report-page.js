@@ -24,7 +24,7 @@ function sections(asset) {
   const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
   const packed = byId(`preview-${asset.number}`);
   const without = packed ? null : h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
-  return [without, ...reportSections(asset.report, { files, loadPreview: packed && (() => unpacked(packed)) })].filter(Boolean);
+  return [without, ...reportSections(asset.report, { files, loadPreview: packed && (() => unpacked(packed)), loadPictures: asset.pictures && (async () => asset.pictures) })].filter(Boolean);
 }
 
 const heading = (asset) => h("div", { class: "title-row" }, h("div", { class: "grow" }, h("h1", null, asset.name), h("div", { class: "chips" }, chip(asset.ending))));

@@ -25,6 +25,16 @@ function warnings(report) {
   return h("section", { class: "card", "aria-labelledby": "warnings-title" }, h("h2", { id: "warnings-title" }, "Warnings"), h("ul", null, report.warnings.map((warning) => h("li", null, warning.code && h("code", null, warning.code), warning.code && " ", warning.words ?? warning))));
 }
 
+/** What loadPictures gives the address of: every surface from six sides, in its own colours. */
+function picturesCard(report, loadPictures) {
+  const shown = report.quality.refined ? "Source, refined mesh and reference" : "Source and reference";
+  const place = h("div", { class: "scroll", tabindex: "0", role: "region", "aria-labelledby": "pictures-title" }, h("p", { class: "loading" }, "Loading the pictures …"));
+  loadPictures().then(
+    (address) => place.replaceChildren(h("img", { src: address, alt: `${shown}, each from front, back, right, left, top and bottom`, "data-testid": "pictures" })),
+    () => place.replaceChildren(h("p", { class: "notice error" }, "The pictures cannot be had.")));
+  return h("section", { class: "card", "aria-labelledby": "pictures-title" }, h("h2", { id: "pictures-title" }, "From six sides"), place);
+}
+
 function inputsCard(report) {
   const facts = (record) => [record.format.toUpperCase(), `${number(record.faces)} triangles`, `${number(record.welded_vertices)} vertices`, record.validity.watertight ? "watertight" : `${number(record.validity.boundary_edges)} open edges`].join(", ");
   const stages = ["read", "align", "solve", "quality", "write"].filter((name) => report.timings[name] > 0.0005);
@@ -41,14 +51,15 @@ function inputsCard(report) {
 /**
  * The sections of a report.
  * @param {Object} report
- * @param {{files: Object, loadPreview: ?Function, loadWhole: ?Function}} around
+ * @param {{files: Object, loadPreview: ?Function, loadWhole: ?Function, loadPictures: ?Function}} around
  */
-export function reportSections(report, { files, loadPreview, loadWhole }) {
+export function reportSections(report, { files, loadPreview, loadWhole, loadPictures }) {
   const viewer = loadPreview ? new ViewerCard(report, loadPreview, loadWhole) : null;
   viewer?.start();
   return [
     verdictCard(report),
     viewer?.element,
+    loadPictures && picturesCard(report, loadPictures),
     metricsTable(report),
     ...(report.solver ? solverPanel(report, files) : []),
     warnings(report),

@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
 from tests.acceptance.dashboard.browsing import difference, pixels, watched_page
+from tests.painted import encoded, painted, picture
 
 
 def meshcone(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -52,6 +53,28 @@ def test_a_refinement_leaves_a_page_that_needs_nothing_else(folder: Path, offlin
     assert difference(heat, pixels(view)) > 4
     expect(offline.get_by_test_id("verdict")).to_contain_text("closer to its reference")
     expect(offline.get_by_role("heading", name="Certificate")).to_be_visible()
+
+
+def test_coloured_assets_are_pictured_from_six_sides(tmp_path: Path, offline: Page) -> None:
+    (tmp_path / "globe.gltf").write_bytes(painted(encoded(picture())))
+    (tmp_path / "white.gltf").write_bytes(painted())
+    gate = '[gates]\n"appearance.color_difference.p95" = { max = 10 }\n'
+    (tmp_path / "gates.toml").write_text(gate)
+    done = meshcone(
+        *("gate", "white.gltf", "globe.gltf", "--gates", "gates.toml", "--html", "g.html"),
+        cwd=tmp_path,
+    )
+    assert done.returncode == 1, done.stderr
+
+    offline.goto((tmp_path / "g.html").as_uri())
+    offline.wait_for_selector("[data-ready]")
+
+    image = offline.get_by_test_id("pictures")
+    expect(image).to_have_js_property("naturalWidth", 1044)
+    expect(offline.locator('[data-metric="appearance.color_difference.p95"]')).to_contain_text(
+        "max 10"
+    )
+    expect(offline.get_by_test_id("verdict")).to_contain_text("colour difference (CIEDE2000)")
 
 
 def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
