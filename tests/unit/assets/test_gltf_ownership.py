@@ -55,14 +55,6 @@ def test_a_morph_target_that_is_the_mesh_itself_is_refused():
     assert "reads accessor 0" in shared(change).message
 
 
-def test_a_compressed_copy_is_refused():
-    def change(gltf):
-        extension = {"EXT_meshopt_compression": {"buffer": 0, "byteLength": 4}}
-        gltf.json["bufferViews"][0]["extensions"] = extension
-
-    assert "also stored compressed" in shared(change).message
-
-
 def test_positions_declared_once_per_primitive_are_no_conflict():
     gltf = cube_gltf()
     primitive = gltf.json["meshes"][0]["primitives"][0]
