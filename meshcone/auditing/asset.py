@@ -14,6 +14,7 @@ from meshcone.auditing.size import size_of
 from meshcone.auditing.subject import Seen, Subject
 from meshcone.auditing.textures import textures_of
 from meshcone.auditing.uv import uv_of
+from meshcone.auditing.validator import validate
 from meshcone.files import MeshFile
 from meshcone.quality.records import Validity
 
@@ -23,6 +24,8 @@ def audit_asset(
     asset: Asset,
     validity: Validity | None = None,
     seen: Seen | None = None,
+    *,
+    ask_validator: bool = False,
 ) -> AssetAudit:
     """Look at an asset from every side.
 
@@ -31,8 +34,10 @@ def audit_asset(
         asset: the same, as read.
         validity: what was counted on its surface; counted here if it was not.
         seen: what was found of other assets of the same job, and will be added to.
+        ask_validator: have Khronos' validator look at a glTF, which starts a process.
     """
     subject = Subject(file, asset, seen or Seen())
+    asked = {"validator": validate(file)} if ask_validator else {}
     pictures = tuple(map(read_picture, subject.content.images))
     return AssetAudit(
         budget=budget_of(subject, pictures),
@@ -43,4 +48,5 @@ def audit_asset(
         textures=textures_of(subject, pictures),
         materials=materials_of(subject),
         motion=motion_of(subject),
+        **asked,
     )

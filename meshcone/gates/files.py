@@ -91,31 +91,43 @@ class GateFile(_Section):
                 rules |= each.gates
         return {key: self._in_unit(rule.at(level, key, name)) for key, rule in rules.items()}
 
+    def over(self, base: GateFile) -> GateFile:
+        """These gates besides those of another file, and in place of those of the same name."""
+        return GateFile(
+            unit=self.unit or base.unit,
+            gates={**base.gates, **self.gates},
+            classes={**base.classes, **self.classes},
+        )
+
     def _in_unit(self, rule: GateRule) -> GateRule:
         return rule if rule.unit is not None else rule.model_copy(update={"unit": self.unit})
 
 
-def parse_gate_file(name: str, data: bytes, mode: Mode) -> GateFile:
+def parse_gate_file(name: str, data: bytes, mode: Mode, base: GateFile | None = None) -> GateFile:
     """Read a gate file: JSON if its name ends in ``.json``, else TOML.
 
     Args:
         name: the file's name.
         data: its bytes.
         mode: what the gates are for; see :func:`meshcone.gates.fitting.require_known`.
+        base: gates that hold besides, where the file does not replace them.
 
     Raises:
         InputError: it cannot be read, or names what does not exist.
     """
-    return parse_gates(_read_document(name, data), mode, name)
+    return parse_gates(read_document(name, data), mode, name, base)
 
 
-def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
+def parse_gates(
+    document: Any, mode: Mode, name: str | None = None, base: GateFile | None = None
+) -> GateFile:
     """Validate a gate file's content.
 
     Args:
         document: what the file says, as mappings.
         mode: what the gates are for; see :func:`meshcone.gates.fitting.require_known`.
         name: the file's name, for messages.
+        base: gates that hold besides, where these do not replace them.
 
     Raises:
         InputError: it names what does not exist, or asks for nothing.
@@ -131,14 +143,20 @@ def parse_gates(document: Any, mode: Mode, name: str | None = None) -> GateFile:
         for key, rule in (rule for table in tables for rule in table.items()):
             for each in rule.rules:
                 require_known({key: each}, mode)
+        whole = file if base is None else file.over(base)
         for section in file.classes.values():
-            _require_held(section.without, file.gates)
+            _require_held(section.without, whole.gates)
     except InputError as error:
         raise InputError(error.message, file=name) from None
-    return file
+    return whole
 
 
-def _read_document(name: str, data: bytes) -> Any:
+def read_document(name: str, data: bytes) -> Any:
+    """What a file says: JSON if its name ends in ``.json``, else TOML.
+
+    Raises:
+        InputError: it is neither.
+    """
     is_json = PurePath(name).suffix.lower() == ".json"
     try:
         text = data.decode("utf-8-sig")

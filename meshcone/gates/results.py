@@ -53,7 +53,7 @@ class AssetResult(_Record):
 
     name: str = Field(description="what globs and reports know it by")
     source: str = Field(description="path, with forward slashes")
-    reference: str = Field(description="path, with forward slashes")
+    reference: str | None = Field(description="likewise; null where the asset alone was audited")
     lod: int | None = Field(
         None, description="level of detail, 1 for the first below the reference; null if none"
     )

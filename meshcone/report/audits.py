@@ -10,6 +10,7 @@ from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.auditing.subject import Seen
 from meshcone.files import MeshFile
+from meshcone.options import Options
 from meshcone.quality.records import Validity
 from meshcone.report.report import Audits
 
@@ -42,18 +43,28 @@ class Findings:
     changes: Changes | None
 
 
-def audited(source: Audited, reference: Audited | None, refined: Audited | None = None) -> Findings:
+def audited(
+    options: Options,
+    source: Audited,
+    reference: Audited | None,
+    refined: Audited | None = None,
+) -> Findings:
     """Look at each of the meshes from every side, and at what else changed.
 
     Args:
+        options: of the job; Khronos' validator is asked where the job is an audit or has a gate
+            about what it says.
         source: the mesh that was sent.
         reference: what it should have been, if there is such a mesh.
         refined: the source with its vertices elsewhere, if it was refined.
     """
     seen = Seen()
+    ask = options.mode == "audit" or any(
+        key.startswith("asset.") and ".validator." in key for key in options.gates
+    )
 
     def audit(mesh: Audited) -> AssetAudit:
-        return audit_asset(mesh.file, mesh.asset, mesh.validity, seen)
+        return audit_asset(mesh.file, mesh.asset, mesh.validity, seen, ask_validator=ask)
 
     asset = Audits(
         source=audit(source),

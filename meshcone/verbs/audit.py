@@ -39,7 +39,7 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
     else:
         first, second, warnings = _beside(source, reference, options, watch)
     with watch.stage("audit"):
-        found = audited(first, second)
+        found = audited(options, first, second)
     report = AuditReport(
         version=version("meshcone"),
         inputs=AuditInputs(

@@ -65,6 +65,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
     with watch.stage("audit"):
         found = (
             audited(
+                options,
                 Audited(source, pair.source_asset, quality.input.validity),
                 Audited(reference, pair.reference_asset, quality.floor.validity),
             )

@@ -211,6 +211,7 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
     assert refined is not None  # noqa: S101 - the report is of a refinement
     file = MeshFile(written.record.name, written.data, pair.source_file.resources)
     found = audited(
+        report.options,
         Audited(pair.source_file, pair.source_asset, report.quality.input.validity),
         Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
         Audited(file, written.asset, refined.validity),

@@ -10,13 +10,13 @@ import typer
 from pydantic import BaseModel
 
 from meshcone.errors import InputError
-from meshcone.local_files import files_of, read_bytes, read_local
+from meshcone.local_files import files_of, read_local
 from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, options_from
+from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.auditing.records import AssetAudit, Changes
-    from meshcone.options import Options
     from meshcone.report.report import AuditReport
 
 _NOT_PASSED = 1  # exit code
@@ -28,23 +28,30 @@ def command(
     reference: Annotated[
         Path | None, typer.Option(help="The asset it should be like.", show_default=False)
     ] = None,
-    gates: Annotated[
-        Path | None, typer.Option(help="Gates to pass, as TOML or JSON.", show_default=False)
-    ] = None,
+    gates: Gates = None,
+    profile: Profile = None,
+    schema: Schema = None,
+    product: Product = None,
     report: Annotated[
         Path | None, typer.Option(help="Report to write, as JSON.", show_default=False)
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
     assignments: Assignments = None,
 ) -> int:
-    """Say what FILE is as a whole asset; with --reference, what changed in it.
+    """Say what FILE is as a whole asset.
 
-    Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
-    file cannot be used, 3 after a fault of MeshCone's own.
+    With --reference it also says what changed. Exits with 0 if it passes its gates or has none,
+    1 if it fails or could not be tested, 2 if a file cannot be used, 3 after a fault of
+    MeshCone's own.
     """
-    inputs = [path for path in (file, reference, gates) if path is not None]
+    choice = GateChoice(gates, profile, schema, product)
+    inputs = [file, *([] if reference is None else [reference]), *choice.files()]
     require_places([report], [each for path in inputs for each in files_of(path)])
-    options = _options(file, gates, assignments)
+    options = options_from(assignments)
+    if options.model_fields_set & {"mode", "gates"}:
+        raise InputError("'mode' is audit here, and 'gates' are set by --gates")
+    gate_table = choice.for_file(file, "audit")
+    options = options.model_copy(update={"mode": "audit", "gates": gate_table})
     source_file = read_local(file)
     reference_file = None if reference is None else read_local(reference)
 
@@ -60,22 +67,6 @@ def command(
             typer.echo(line)
     passed = done.gates is None or done.gates.verdict == "pass"
     return 0 if passed else _NOT_PASSED
-
-
-def _options(file: Path, gates: Path | None, assignments: list[str] | None) -> Options:
-    from meshcone.gates.files import parse_gate_file
-    from meshcone.gates.levels import level_of
-    from meshcone.text import as_text
-
-    options = options_from(assignments)
-    if options.model_fields_set & {"mode", "gates"}:
-        raise InputError("'mode' is audit here, and 'gates' are set by --gates")
-    options = options.model_copy(update={"mode": "audit"})
-    if gates is None:
-        return options
-    name = as_text(file.as_posix())
-    table = parse_gate_file(gates.name, read_bytes(gates), "audit").for_asset(name, level_of(name))
-    return options.model_copy(update={"gates": dict(table)})
 
 
 def _lines(report: AuditReport) -> Iterator[str]:
@@ -110,6 +101,8 @@ def _is_told(value: object) -> bool:
 def _written(value: object) -> str:
     if isinstance(value, bool):
         return "yes"
+    if isinstance(value, str):
+        return f"'{value}'"
     return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
-from meshcone.local_files import read_bytes
 from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
+from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun
-    from meshcone.options import Mode
+    from meshcone.options import Mode, Options
     from service.gating.job import GateJob, Gatekeeper
     from service.gating.pairs import Pair
 
@@ -33,9 +34,13 @@ def command(
             show_default=False,
         ),
     ] = None,
-    gates: Annotated[
-        Path | None, typer.Option(help="Gates to pass, as TOML or JSON.", show_default=False)
-    ] = None,
+    gates: Gates = None,
+    profile: Profile = None,
+    print_profile: Annotated[
+        bool, typer.Option("--print", help="Print the gate file of --profile and do nothing else.")
+    ] = False,
+    schema: Schema = None,
+    product: Product = None,
     manifest: Annotated[
         Path | None,
         typer.Option(
@@ -90,11 +95,14 @@ def command(
     """Hold meshes against their references and gates.
 
     The verdict is about SOURCE and REFERENCE, or about every pair of a manifest or of two folders.
+    An asset, or a folder of them, without a reference is held against gates alone.
     Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
     not be used, 3 after a fault of MeshCone's own.
     """
     from service.gating.matching import pairs_to_gate
 
+    if print_profile:
+        return _print(profile)
     outputs = {
         "json": json_file,
         "junit": junit_file,
@@ -103,15 +111,16 @@ def command(
         "markdown": markdown_file,
     }
     wanted = {name: path for name, path in outputs.items() if path is not None}
-    require_places(wanted.values(), [path for path in (gates, manifest) if path is not None])
+    choice = GateChoice(gates, profile, schema, product)
+    require_places(wanted.values(), [*choice.files(), *([] if manifest is None else [manifest])])
     _require_label(label)
-    if gates is None:
-        raise InputError("--gates is missing: name the file with the gates to pass")
-    pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always={gates})
+    if choice == GateChoice():
+        raise InputError("--gates is missing: name the file with the gates to pass, or a --profile")
+    pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always=set(choice.files()))
     require_places(wanted.values(), (file for pair in pairs for file in pair.files()))
-    work = _jobs(
-        pairs, gates, assignments, "refine" if refine else "measure", "html" in wanted, label
-    )
+    work = _jobs(pairs, choice, _options(assignments), refine, "html" in wanted, label)
+    if server is None and html_file is None:
+        work = [job.at_least_cost() for job in work]
     if not work:
         typer.echo("no pair has one of these files")
         return 0
@@ -128,46 +137,65 @@ def _require_label(label: str | None) -> None:
         raise InputError(f"--label must be one line of up to {LABEL_LENGTH} characters")
 
 
-def _jobs(
-    pairs: list[Pair],
-    gates: Path,
-    assignments: list[str] | None,
-    mode: Mode,
-    viewed: bool,
-    label: str | None,
-) -> list[GateJob]:
-    from meshcone.gates.files import parse_gate_file
-    from service.gating.job import GateJob
+def _print(name: str | None) -> int:
+    from meshcone.gates.profile import profile
 
+    if name is None:
+        raise InputError("--print is for a --profile")
+    typer.echo(profile(name).decode(), nl=False)
+    return 0
+
+
+def _options(assignments: list[str] | None) -> Options:
     options = options_from(assignments)
     if options.model_fields_set & {"mode", "gates"}:
         raise InputError("'mode' and 'gates' are set by --refine and --gates here")
-    options = options.model_copy(update={"mode": mode})
-    file = parse_gate_file(gates.name, read_bytes(gates), mode)
-    tables = [dict(file.for_asset(pair.name, pair.level)) for pair in pairs]
-    return [
-        GateJob(pair, options.model_copy(update={"gates": table}), viewed, label)
-        for pair, table in zip(pairs, tables, strict=True)
-    ]
+    return options
+
+
+def _jobs(
+    pairs: list[Pair],
+    choice: GateChoice,
+    options: Options,
+    refine: bool,
+    viewed: bool,
+    label: str | None,
+) -> list[GateJob]:
+    from service.gating.job import GateJob
+
+    read = functools.cache(choice.read)
+    jobs = []
+    for pair in pairs:
+        if pair.reference is None:
+            if refine:
+                raise InputError("--refine needs a reference", file=str(pair.source))
+            mode: Mode = "audit"
+        else:
+            mode = "refine" if refine else "measure"
+        file = read(mode)
+        table = {} if file is None else file.for_asset(pair.name, pair.level)
+        own = options.model_copy(update={"mode": mode, "gates": dict(table)})
+        jobs.append(GateJob(pair, own, viewed, label))
+    return jobs
 
 
 def _run(work: list[GateJob], server: str | None, at_once: int) -> GateRun:
     from service.gating.display import progress_bar
     from service.gating.job import run_jobs
 
-    keeper = _keeper(server, work[0].options.mode)
+    keeper = _keeper(server, {job.options.mode for job in work})
     with progress_bar(len(work)) as show:
         return run_jobs(work, keeper, min(at_once, len(work)), show)
 
 
-def _keeper(server: str | None, mode: Mode) -> Gatekeeper:
+def _keeper(server: str | None, modes: set[Mode]) -> Gatekeeper:
     if server is not None:
         from service.gating.remote import RemoteGatekeeper
 
         return RemoteGatekeeper(server)
     from service.gating.local import LocalGatekeeper
 
-    return LocalGatekeeper(mode)
+    return LocalGatekeeper(modes)
 
 
 def _written(form: str, run: GateRun) -> bytes:

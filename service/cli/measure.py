@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from meshcone.errors import InputError
 from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Reference, Source, options_from
+from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.report.report import MeasureReport
 
+_NOT_PASSED = 1  # exit code
 _AGREEMENT = {
     "indistinguishable": "the surface lies on the reference, as closely as files store positions",
     "different": "the surface does not lie on the reference",
@@ -21,11 +24,24 @@ _AGREEMENT = {
 def command(
     source: Source,
     reference: Reference,
+    gates: Gates = None,
+    profile: Profile = None,
+    schema: Schema = None,
+    product: Product = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
     assignments: Assignments = None,
-) -> None:
-    """Measure SOURCE against REFERENCE; nothing is moved."""
+) -> int:
+    """Measure SOURCE against REFERENCE; nothing is moved.
+
+    Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
+    file cannot be used, 3 after a fault of MeshCone's own.
+    """
     options = options_from(assignments)
+    table = GateChoice(gates, profile, schema, product).for_file(source, "measure")
+    if table and options.gates:
+        raise InputError("'gates' are set twice, by --set and by a file, profile or schema")
+    if table:
+        options = options.model_copy(update={"gates": table})
     source_file, reference_file = read_local(source), read_local(reference)
 
     from meshcone.verbs.measure import measure  # heavy, not to be paid for a mistyped name
@@ -35,11 +51,13 @@ def command(
         typer.echo(report.model_dump_json(indent=2))
     else:
         _print_table(report)
+    return 0 if report.gates is None or report.gates.verdict == "pass" else _NOT_PASSED
 
 
 def _print_table(report: MeasureReport) -> None:
     from rich.console import Console
 
+    from meshcone.gates.words import label
     from service.cli.metrics_table import metrics_table
 
     document = report.model_dump(mode="json")
@@ -55,5 +73,9 @@ def _print_table(report: MeasureReport) -> None:
         f"outcome        {report.outcome}: {_AGREEMENT[report.outcome]}",
         *(f"warning        {warning}" for warning in report.warnings),
     ]
+    if report.gates is not None:
+        lines += [
+            f"{label(each.status, each.severity):<15}{each.words}" for each in report.gates.checks
+        ]
     for line in lines:
         console.print(line, markup=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from meshcone.errors import MeshConeError
@@ -29,6 +29,16 @@ class GateJob:
     options: Options
     viewed: bool = False
     label: str | None = None
+
+    def at_least_cost(self) -> GateJob:
+        """The same job as an audit, where all its gates are about what an audit says.
+
+        Measuring takes several times as long and leaves that as it is.
+        """
+        of_audit = all(key.startswith(("asset.", "changes.")) for key in self.options.gates)
+        if self.options.mode != "measure" or not (self.options.gates and of_audit):
+            return self
+        return replace(self, options=self.options.model_copy(update={"mode": "audit"}))
 
 
 @dataclass(frozen=True)
@@ -74,7 +84,7 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
     return AssetResult(
         name=job.pair.name,
         source=shown(job.pair.source),
-        reference=shown(job.pair.reference),
+        reference=None if job.pair.reference is None else shown(job.pair.reference),
         lod=job.pair.level,
         seconds=time.monotonic() - started,
         verdict=judgement.verdict if judgement else None,

@@ -6,11 +6,12 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Iterable, Mapping
 from contextlib import closing
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from meshcone.errors import InternalError, LimitError, MeshConeError
 from meshcone.gates.results import AssetResult, AssetView
@@ -20,11 +21,12 @@ from service.gating.job import GateJob, Judgement, judged
 from worker.lifeline import die_with_parent
 
 if TYPE_CHECKING:
+    from meshcone.gates.paths import AnyReport
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
 
 VIEWED_FACES = 20_000  # of each mesh in a page, which may hold a dozen assets
-_ENGINES = {"refine": "meshcone.verbs.refine", "measure": "meshcone.verbs.measure"}
+_ENGINES: Mapping[Mode, str] = {mode: f"meshcone.verbs.{mode}" for mode in get_args(Mode)}
 
 
 class LocalGatekeeper:
@@ -34,10 +36,11 @@ class LocalGatekeeper:
     most measurements do.
     """
 
-    def __init__(self, mode: Mode) -> None:
-        """Prepare; ``mode`` says which engine the jobs will need."""
+    def __init__(self, modes: Iterable[Mode]) -> None:
+        """Prepare; ``modes`` says which engines the jobs will need."""
         self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload([_ENGINES[mode], __name__])
+        engines = [_ENGINES[mode] for mode in sorted(modes)]
+        self._context.set_forkserver_preload([*engines, __name__])
         forkserver.ensure_running()  # while there are no threads yet
         self._lock = threading.Lock()
         self._running: set[ForkServerProcess] = set()
@@ -110,8 +113,12 @@ def _child(sender: Connection, job: GateJob) -> None:
 
 def _judgement(job: GateJob) -> Judgement:
     source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
-    reference = read_local(job.pair.reference)
+    reference = None if job.pair.reference is None else read_local(job.pair.reference)
     done: Measurement | Refinement
+    if job.options.mode == "audit" or reference is None:
+        from meshcone.verbs.audit import audit
+
+        return _of(audit(source, reference, job.options))
     if job.options.mode == "measure":
         from meshcone.verbs.measure import measurement
 
@@ -120,8 +127,11 @@ def _judgement(job: GateJob) -> Judgement:
         from meshcone.verbs.refine import refine
 
         done = refine(source, reference, job.options)
-    report = done.report.model_dump(include={"gates", "warnings"})
-    return Judgement.of(report, _view(done) if job.viewed else None)
+    return _of(done.report, _view(done) if job.viewed else None)
+
+
+def _of(report: AnyReport, view: AssetView | None = None) -> Judgement:
+    return Judgement.of(report.model_dump(include={"gates", "warnings"}), view)
 
 
 def _view(done: Measurement | Refinement) -> AssetView:

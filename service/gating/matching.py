@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from string import Formatter
 
@@ -83,10 +83,10 @@ def pairs_to_gate(
     """The pairs that a command line asks for.
 
     Args:
-        paths: two files; two folders; a folder, with a pattern; or, with a manifest, files
-            that changed, to keep only the pairs they belong to.
-        manifest: a file that lists pairs, or a glob of sources, with a pattern.
-        pattern: where references are.
+        paths: one or two files, or one or two folders; or, with a manifest, files that
+            changed, to keep only the pairs they belong to.
+        manifest: a file that lists pairs, or a glob of sources.
+        pattern: where the references of a glob or folder are; without one, they have none.
         always: files that concern every pair if they are among ``paths``.
 
     Raises:
@@ -103,8 +103,6 @@ def pairs_to_gate(
             )
         pairs = read_manifest(manifest)
         always = always | {manifest}
-    elif references is None:
-        raise InputError("a glob as --manifest needs --reference-pattern '{stem}_LOD0.glb', say")
     else:
         pairs = pairs_of_glob(manifest, references)
     if not paths or not {path.resolve() for path in always}.isdisjoint(
@@ -119,15 +117,15 @@ def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]
     folders = [path.is_dir() for path in paths]
     if folders == [True, True]:
         return pairs_of_folders(paths[0], paths[1], references)
-    if folders == [True] and references is not None:
+    if folders == [True]:
         return pairs_of_folder(paths[0], references)
     if any(folders):
-        raise InputError("expected two folders, or one and --reference-pattern")
+        raise InputError("expected two files, two folders, or one of either")
     if references is not None:
         raise InputError("--reference-pattern is for folders and for a glob as --manifest")
-    if len(paths) != 2:  # a source and a reference
+    if len(paths) not in (1, 2):  # a source, and a reference
         raise InputError("expected SOURCE and REFERENCE, or --manifest")
-    return [single_pair(*paths)]
+    return [single_pair(paths[0], paths[1] if len(paths) > 1 else None)]
 
 
 def _is_glob(path: Path) -> bool:
@@ -135,8 +133,8 @@ def _is_glob(path: Path) -> bool:
     return glob.has_magic(str(path)) and not path.exists()
 
 
-def pairs_of_glob(pattern: Path, references: ReferencePattern) -> list[Pair]:
-    """Every file that a glob finds and its reference; ``**`` is any number of folders.
+def pairs_of_glob(pattern: Path, references: ReferencePattern | None) -> list[Pair]:
+    """Every file that a glob finds and its reference, if any; ``**`` is any number of folders.
 
     A file that the pattern calls its own reference is one, and no source.
 
@@ -148,8 +146,8 @@ def pairs_of_glob(pattern: Path, references: ReferencePattern) -> list[Pair]:
     return _paired(str(pattern), [each for each in found if each.is_file()], references)
 
 
-def pairs_of_folder(folder: Path, references: ReferencePattern) -> list[Pair]:
-    """Every mesh in and below a folder, and its reference.
+def pairs_of_folder(folder: Path, references: ReferencePattern | None) -> list[Pair]:
+    """Every mesh in and below a folder, and its reference, if any.
 
     Raises:
         InputError: as :func:`pairs_of_glob`.
@@ -184,17 +182,19 @@ def pairs_of_folders(
     ]
 
 
-def _paired(where: str, sources: Iterable[Path], references: ReferencePattern) -> list[Pair]:
-    found = [(source, references.reference_of(source)) for source in sources]
-    if not found:
+def _paired(where: str, sources: list[Path], references: ReferencePattern | None) -> list[Pair]:
+    if not sources:
         raise InputError("finds no mesh", file=where)
+    if references is None:
+        return [_pair(source, None) for source in sources]
+    found = [(source, references.reference_of(source)) for source in sources]
     pairs = [_pair(*pair) for pair in found if pair[0].resolve() != pair[1].resolve()]
     if not pairs:
         raise InputError("each mesh here is its own reference by the pattern", file=where)
     return pairs
 
 
-def _pair(source: Path, reference: Path) -> Pair:
+def _pair(source: Path, reference: Path | None) -> Pair:
     return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
 
 

@@ -23,18 +23,18 @@ from meshcone.text import as_text
 
 @dataclass(frozen=True)
 class Pair:
-    """An asset and the reference it is held against.
+    """An asset and the reference it is held against, if there is one.
 
     Attributes:
         name: what globs and reports know it by; its path, unless a manifest says otherwise.
-        source, reference: where the files are.
+        source, reference: where the files are; without a reference, the asset is audited.
         level: of detail, 1 for the first below the reference; None where it is none. Levels
             with the same reference are a chain.
     """
 
     name: str
     source: Path
-    reference: Path
+    reference: Path | None
     level: int | None = None
 
     def has(self, files: Iterable[Path]) -> bool:
@@ -43,12 +43,12 @@ class Pair:
         return any(file.resolve() in own for file in files)
 
     def files(self) -> list[Path]:
-        """Both meshes and the files beside them that they name."""
-        return files_of(self.source) + files_of(self.reference)
+        """The meshes and the files beside them that they name."""
+        return files_of(self.source) + ([] if self.reference is None else files_of(self.reference))
 
 
-def single_pair(source: Path, reference: Path) -> Pair:
-    """A pair given on the command line."""
+def single_pair(source: Path, reference: Path | None) -> Pair:
+    """An asset given on the command line."""
     return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
 
 

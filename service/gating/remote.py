@@ -8,7 +8,7 @@ from typing import Any
 
 import httpx2
 
-from meshcone.errors import InternalError, SolveTimeoutError
+from meshcone.errors import InputError, InternalError, SolveTimeoutError
 from meshcone.gates.results import AssetResult, AssetView
 from meshcone.local_files import read_local
 from service.api.schemas import LABEL_LENGTH
@@ -50,6 +50,8 @@ class RemoteGatekeeper:
 
     def _judgement(self, job: GateJob) -> Judgement:
         source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
+        if job.pair.reference is None:
+            raise InputError("a service needs a reference: gate this asset without --server")
         reference = read_local(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
         name = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]

@@ -68,6 +68,18 @@ def test_refine_writes_the_mesh_and_its_report(directory: Path) -> None:
     assert files == "files          out.obj, out.json, out.certificate.npz"
 
 
+def test_measure_exits_by_its_gates(directory: Path) -> None:
+    (directory / "gates.toml").write_text("gates.asset.budget.triangles.max = 3")
+
+    finished = meshcone(
+        directory, "measure", "rough.obj", "ball.obj", "--profile", "web", "--gates", "gates.toml"
+    )
+
+    assert (finished.returncode, finished.stderr) == (1, "")
+    assert "FAILED         asset.budget.triangles" in finished.stdout
+    assert "ok             asset.budget.total_bytes" in finished.stdout
+
+
 def test_refine_takes_options_one_by_one(directory: Path) -> None:
     finished = meshcone(
         directory,

@@ -14,6 +14,7 @@ import junitparser
 import pytest
 import xmlschema
 
+from meshcone.gates.files import parse_gate_file
 from service.stack import Stack
 from tests import shapes
 from tests.gate_assets import PAIRS, make_assets
@@ -218,6 +219,29 @@ def test_a_folder_is_gated_against_a_folder(assets: Path) -> None:
     ]
 
 
+def test_a_folder_is_held_against_a_profile(tmp_path: Path) -> None:
+    ball = shapes.obj(*shapes.sphere(1))
+    (tmp_path / "sound.obj").write_bytes(ball)
+    (tmp_path / "undefined.obj").write_bytes(ball.replace(b"\nf ", b"\nusemtl steel\nf ", 1))
+
+    finished = gate(tmp_path, ".", "--profile", "web", "--json", "gate.json")
+
+    document = json.loads((tmp_path / "gate.json").read_text())
+    assert (finished.returncode, finished.stderr) == (1, "")
+    assert document["counts"] == {"error": 0, "fail": 1, "not_tested": 0, "pass": 1}
+    assert "undefined.obj: asset.materials.undefined 1, allowed 0" in finished.stdout
+
+
+def test_a_profile_is_printed_as_a_gate_file(tmp_path: Path) -> None:
+    finished = gate(tmp_path, "--profile", "print", "--print")
+
+    assert finished.returncode == 0
+    assert "3MF Core Specification" in finished.stdout
+    assert "asset.geometry.watertight" in parse_gate_file(
+        "print.toml", finished.stdout.encode(), "audit"
+    ).for_asset("a.obj")
+
+
 def test_jobs_of_a_labelled_run_are_found_by_its_label(assets: Path, stack: Stack) -> None:
     pair = ("props/closed_05.obj", "masters/closed_05.obj")
 
@@ -246,7 +270,13 @@ def test_an_asset_without_gates_has_not_passed(assets: Path) -> None:
     ("arguments", "said"),
     [
         (("a.obj", "b.obj"), "--gates is missing"),
-        (("a.obj", "--gates", "gates.toml"), "expected SOURCE and REFERENCE, or --manifest"),
+        (
+            ("a.obj", "--gates", "gates.toml"),
+            "gate 'point_to_surface.max': a report has this only where the mesh was measured",
+        ),
+        (("--gates", "gates.toml"), "expected SOURCE and REFERENCE, or --manifest"),
+        (("a.obj", "--profile", "wed"), "unknown profile 'wed'; did you mean 'web'?"),
+        (("--print",), "--print is for a --profile"),
         (("a.obj", "b.obj", "--gates", "nowhere.toml"), "nowhere.toml: cannot be read"),
         (("a.obj", "b.obj", "--gates", "gates.toml"), "a.obj: cannot be read"),
         (("--manifest", "nowhere.csv", "--gates", "gates.toml"), "nowhere.csv: cannot be read"),

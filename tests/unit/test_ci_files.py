@@ -182,7 +182,8 @@ def test_the_example_gates_are_read() -> None:
     by_level = parse_gate_file("gates.toml", levels.encode(), "measure")
 
     assert "point_to_surface.max" in file.for_asset("hero_knight.glb")
-    assert by_level.for_asset("rock_LOD2.glb", 2)["inputs.source.faces"].max == 5_000
+    ratio = by_level.for_asset("rock_LOD2.glb", 2)["asset.budget.triangles"]
+    assert ratio.max_ratio_to_reference == 0.25
 
 
 def test_the_example_options_of_a_job_are_valid() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from meshcone.assets import Limits
+from meshcone.auditing.validator import ValidatorSettings
 from service.cli import app
 from service.settings import ServiceSettings
 
@@ -19,6 +20,7 @@ DEPLOYMENT = [ROOT / "Dockerfile", ROOT / "docker-compose.yml"]
 SETTINGS = {
     *(f"MESHCONE_{name.upper()}" for name in ServiceSettings.model_fields),
     *(f"MESHCONE_LIMIT_{name.upper()}" for name in Limits.model_fields),
+    *(f"MESHCONE_{name.upper()}" for name in ValidatorSettings.model_fields),
     "MESHCONE_API_KEY",
     "MESHCONE_DEBUG",
 }

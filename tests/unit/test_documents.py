@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from meshcone.assets import Limits
 from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.auditing.records.changes import ChangeCounts
+from meshcone.auditing.validator import ValidatorSettings
 from meshcone.gates.rules import BOUNDS, GateRule
 from meshcone.notices import Code
 from meshcone.options import Options
@@ -63,6 +64,7 @@ def test_every_warning_is_documented(code: Code) -> None:
     [
         *setting_rows(ServiceSettings, "MESHCONE_"),
         *setting_rows(Limits, "MESHCONE_LIMIT_"),
+        *setting_rows(ValidatorSettings, "MESHCONE_"),
     ],
 )
 def test_every_setting_is_documented_with_its_default(row: str) -> None:

@@ -11,6 +11,7 @@ from meshcone.auditing.records.shading import Shading
 from meshcone.auditing.records.size import Size
 from meshcone.auditing.records.textures import Textures
 from meshcone.auditing.records.uv import Uv
+from meshcone.auditing.records.validator import Validator
 
 
 class AssetAudit(Section):
@@ -24,3 +25,4 @@ class AssetAudit(Section):
     textures: Textures
     materials: Materials
     motion: Motion
+    validator: Validator = Validator(not_tested="asked in audits, and where a gate is about it")

@@ -90,7 +90,9 @@ def _details(asset: AssetResult) -> str:
     if not lines:
         return ""
     shown = "\n".join(lines)
-    heading = f"{_name(asset.name)} against {_name(asset.reference)}"
+    heading = _name(asset.name)
+    if asset.reference is not None:
+        heading += f" against {_name(asset.reference)}"
     return f"\n<details><summary>{heading}</summary>\n\n{shown}\n\n</details>\n"
 
 

@@ -26,14 +26,17 @@ def make(*names: str) -> None:
 
 def found(
     *paths: str, manifest: str | None = None, pattern: str | None = None, always: Iterable[str] = ()
-) -> list[tuple[str, str, int | None]]:
+) -> list[tuple[str, str | None, int | None]]:
     pairs = pairs_to_gate(
         list(map(Path, paths)),
         None if manifest is None else Path(manifest),
         pattern,
         set(map(Path, always)),
     )
-    return [(pair.name, pair.reference.as_posix(), pair.level) for pair in pairs]
+    return [
+        (pair.name, None if pair.reference is None else pair.reference.as_posix(), pair.level)
+        for pair in pairs
+    ]
 
 
 @pytest.mark.parametrize(
@@ -145,6 +148,16 @@ def test_two_folders_can_differ_by_a_pattern() -> None:
 
 
 @pytest.mark.usefixtures("here")
+def test_assets_can_be_without_references() -> None:
+    make("x/a.obj", "x/y/b.glb")
+
+    alone = [("x/a.obj", None, None)]
+    assert found("x/a.obj") == alone
+    assert found(manifest="x/*.obj") == alone
+    assert found("x") == [*alone, ("x/y/b.glb", None, None)]
+
+
+@pytest.mark.usefixtures("here")
 def test_changed_files_choose_among_what_a_glob_finds() -> None:
     make("a_LOD0.glb", "a_LOD1.glb", "b_LOD0.glb", "b_LOD1.glb", "gates.toml")
 
@@ -168,13 +181,13 @@ def test_a_file_whose_name_looks_like_a_glob_is_a_manifest() -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"paths": ["a", "f.obj"]}, "expected two folders"),
-        ({"paths": ["a"]}, "expected two folders"),
+        ({"paths": ["a", "f.obj"]}, "expected two files, two folders, or one of either"),
+        ({"paths": ["a", "a", "a"]}, "expected two files, two folders, or one of either"),
         ({"paths": ["empty", "empty"]}, "has no mesh in it"),
         ({"paths": ["empty"], "pattern": "{stem}"}, "finds no mesh"),
         ({"paths": ["f.obj", "g.obj"], "pattern": "{stem}"}, "is for folders and for a glob"),
-        ({"paths": ["f.obj"]}, "expected SOURCE and REFERENCE"),
-        ({"manifest": "*.obj"}, "needs --reference-pattern"),
+        ({"paths": []}, "expected SOURCE and REFERENCE"),
+        ({"paths": ["f.obj", "g.obj", "h.obj"]}, "expected SOURCE and REFERENCE"),
         ({"manifest": "*.glb", "pattern": "{stem}"}, "finds no mesh"),
         ({"manifest": "*.obj", "pattern": "{name}.obj"}, "its own reference"),
         ({"manifest": "f.obj", "pattern": "{stem}_LOD0.obj"}, "put the glob in quotes"),
