@@ -181,7 +181,7 @@ def test_the_example_gates_are_read() -> None:
     file = parse_gate_file("gates.toml", whole.encode(), "measure")
     by_level = parse_gate_file("gates.toml", levels.encode(), "measure")
 
-    assert "point_to_surface.max" in file.for_asset("hero_knight.glb")
+    assert "deviation.max" in file.for_asset("hero_knight.glb")
     ratio = by_level.for_asset("rock_LOD2.glb", 2)["asset.budget.triangles"]
     assert ratio.max_ratio_to_reference == 0.25
 
