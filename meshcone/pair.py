@@ -19,8 +19,8 @@ from meshcone.report.data_checks import data_warnings
 from meshcone.report.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
 from meshcone.surface import Frame, Mesh
 from meshcone.surface.alignment import Alignment, AlignmentMode, align
-from meshcone.surface.arrays import Bools, Floats
-from meshcone.surface.similarity import invert, transform_points
+from meshcone.surface.arrays import Bools, Floats, row_lengths
+from meshcone.surface.similarity import invert, scale_of, transform_points
 
 
 @dataclass(frozen=True)
@@ -184,13 +184,25 @@ class Pair:
         Returns:
             (n, 3) welded positions in the frame, at the precision of the file.
         """
+        return self.frame.into(self.written_in_model_units(written)[0])
+
+    def written_in_model_units(self, written: Asset) -> tuple[Floats, float]:
+        """Take the source's positions from a patched copy, where the alignment brings them.
+
+        Returns:
+            (n, 3) welded positions in model units, and how far the file has a vertex from the
+            one it is welded into, at most: seams may open by the precision of the file.
+        """
         weld = self.source_asset.weld
         used = weld >= 0
         positions = np.empty_like(self.source_asset.vertices)
         positions[weld[used]] = written.positions[used]
+        apart = row_lengths(written.positions[used] - positions[weld[used]])
+        seam = float(apart.max(initial=0.0))
         if self.alignment is not None:
-            positions = transform_points(self.alignment.matrix, positions)
-        return self.frame.into(positions)
+            matrix = self.alignment.matrix
+            return transform_points(matrix, positions), seam * scale_of(matrix)
+        return positions, seam
 
 
 def read_pair(source: MeshFile, reference: MeshFile) -> Pair:

@@ -1,47 +1,34 @@
 """The certificate as a file: what, with the meshes and the report, lets anyone re-check it.
 
-An ``.npz`` archive of plain arrays (no pickles) holding the last round's starting point,
-its optimum, the multipliers that are not zero and their tension at each vertex, with a
-JSON document naming the files and settings it belongs to. Everything else of the program
-is rebuilt from the files.
+An ``.npz`` archive of plain arrays (no pickles). It holds how the refined surface and the
+reference were divided into pieces and what bounds each, and of the last round its starting
+point, its optimum, the multipliers that are not zero and their tension at each vertex, with
+a JSON document naming the files and settings it belongs to. Everything else is rebuilt from
+the files.
 """
 
 from __future__ import annotations
 
 import io
-import math
-import tokenize
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from meshcone.certificate.archive import ArchiveError, read_arrays
 from meshcone.errors import InputError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
+from meshcone.quality.deviation.leaves import Leaves
 from meshcone.report.report import Matrix
 from meshcone.surface.arrays import Floats, Ints
 
-_LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
-# Positions hardly shrink: an archive that unpacks to more than this multiple of itself is a bomb.
-_SMALL_ARCHIVE, _LARGEST_RATIO = 1 << 20, 200
-# What Python's parser raises at text that is no header of an array.
-_UNPARSABLE = (SyntaxError, tokenize.TokenError, MemoryError, TypeError, OverflowError)
-# What zipfile and numpy raise at bytes that are no archive of arrays, or a damaged one.
-_UNREADABLE = (
-    KeyError,
-    ValueError,  # pydantic's ValidationError among them
-    OSError,
-    EOFError,
-    RuntimeError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
+Schema = Literal["meshcone.certificate/1", "meshcone.certificate/2"]
+_SCHEMA: Schema = "meshcone.certificate/2"
+_DIRECTIONS = ("extra", "missing")
 
 
 class CertificateDocument(BaseModel):
@@ -49,7 +36,7 @@ class CertificateDocument(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
 
-    schema_: Literal["meshcone.certificate/1"] = Field("meshcone.certificate/1", alias="schema")
+    schema_: Schema = Field(_SCHEMA, alias="schema")
     version: str
     source_sha256: str
     reference_sha256: str
@@ -67,6 +54,19 @@ class CertificateDocument(BaseModel):
 
 
 @dataclass(frozen=True)
+class Closeness:
+    """What proves how far two surfaces go from each other; see :class:`Leaves`.
+
+    Attributes:
+        extra: how the refined surface's faces are bounded by the reference's.
+        missing: how the reference's are bounded by the refined surface's.
+    """
+
+    extra: Leaves
+    missing: Leaves
+
+
+@dataclass(frozen=True)
 class CertificateFile:
     """A certificate's contents.
 
@@ -76,6 +76,7 @@ class CertificateFile:
         positions: (n, 3) its optimum, in the frame.
         multipliers: by kind of cone: which (j,), and their values (j, dimension).
         tension: (n,) norms of the multipliers at each vertex.
+        closeness: None where none was asked for, and in certificates of the first version.
     """
 
     document: CertificateDocument
@@ -83,16 +84,20 @@ class CertificateFile:
     positions: Floats
     multipliers: Mapping[str, tuple[Ints, Floats]]
     tension: Floats
+    closeness: Closeness | None = None
 
     @staticmethod
-    def of(final: FinalProgram, document: CertificateDocument) -> CertificateFile:
-        """Take a certificate from a solved program."""
+    def of(
+        final: FinalProgram, document: CertificateDocument, closeness: Closeness | None
+    ) -> CertificateFile:
+        """Take a certificate from a solved program and a proven deviation."""
         return CertificateFile(
             document=document,
             before=final.before,
             positions=final.positions,
             multipliers={e.family.kind: (e.which, e.values) for e in final.multipliers},
             tension=vertex_tension(final.multipliers, len(final.positions)),
+            closeness=closeness,
         )
 
     def to_bytes(self) -> bytes:
@@ -118,6 +123,10 @@ class CertificateFile:
         }
         for kind, (which, values) in self.multipliers.items():
             arrays[f"which_{kind}"], arrays[f"values_{kind}"] = which, values
+        for direction in _DIRECTIONS if self.closeness is not None else ():
+            leaves: Leaves = getattr(self.closeness, direction)
+            for name, array in leaves.arrays().items():
+                arrays[f"{direction}_{name}"] = array
         return arrays
 
 
@@ -125,82 +134,85 @@ def read_certificate(data: bytes, name: str) -> CertificateFile:
     """Read an archive.
 
     Raises:
-        InputError: it is no certificate, or one with arrays missing or of wrong shape.
+        InputError: it is no certificate, or one with arrays missing or of wrong shape or type.
     """
     try:
-        arrays = _read_arrays(data)
-        document = CertificateDocument.model_validate_json(str(arrays.pop("document")))
-        certificate = CertificateFile(
-            document=document,
-            before=_floats(arrays.pop("before")),
-            positions=_floats(arrays.pop("positions")),
-            tension=_floats(arrays.pop("tension")),
-            multipliers=_multipliers(arrays),
-        )
-    except _UNREADABLE as error:
-        raise InputError("this is not a MeshCone certificate", file=name) from error
+        return _certificate(read_arrays(data))
+    except ArchiveError as error:
+        words = f"this is not a MeshCone certificate: {error}"
+        raise InputError(words, file=name) from error
+
+
+def _certificate(arrays: dict[str, Any]) -> CertificateFile:
+    try:
+        document = CertificateDocument.model_validate_json(str(_taken(arrays, "document")))
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"])) or "the whole of it"
+        raise ArchiveError(f"its document cannot be used, at {place:.60}") from error
+    certificate = CertificateFile(
+        document=document,
+        before=_floats(arrays, "before"),
+        positions=_floats(arrays, "positions"),
+        tension=_floats(arrays, "tension"),
+        closeness=_closeness(arrays),
+        multipliers=_multipliers(arrays),
+    )
+    if arrays:
+        raise ArchiveError(f"it holds an array of no meaning, {min(arrays)!a:.60}")
     count = certificate.tension.size
     shapes = [certificate.before.shape, certificate.positions.shape, certificate.tension.shape]
     if shapes != [(count, 3), (count, 3), (count,)]:
-        raise InputError("the certificate's arrays do not fit each other", file=name)
+        raise ArchiveError("its arrays do not fit each other")
     return certificate
 
 
-def _read_arrays(data: bytes) -> dict[str, Any]:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        entries = archive.infolist()
-        unpacked = sum(entry.file_size for entry in entries)
-        if unpacked > min(_LARGEST_ARCHIVE, _SMALL_ARCHIVE + _LARGEST_RATIO * len(data)):
-            raise ValueError("the archive unpacks to more than any certificate holds")
-        if len({entry.filename for entry in entries}) < len(entries):
-            raise ValueError("the archive holds two arrays of the same name")
-        for entry in entries:
-            _check_header(archive, entry)
-        return {entry.filename.removesuffix(".npy"): _read(archive, entry) for entry in entries}
-
-
-def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
-    """Compare what an array's header declares with the bytes there are, before reading them."""
-    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise ValueError("the archive is compressed in a way no certificate is")
-    with archive.open(entry) as file:
-        if np.lib.format.read_magic(file) != (1, 0):  # later versions allow headers of 4 GiB
-            raise ValueError("the array's header has another version")
-        try:
-            shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-        except _UNPARSABLE as error:
-            raise ValueError("the array's header cannot be read") from error
-        there = entry.file_size - file.tell()
-    if dtype.kind not in "iufU" or min(shape, default=0) < 0:
-        raise ValueError("the array is of a kind no certificate holds")
-    if math.prod(shape) * dtype.itemsize != there:
-        raise ValueError("the array's header declares other data than there are")
-
-
-def _read(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Any:
-    with archive.open(entry) as file:
-        return np.lib.format.read_array(file, allow_pickle=False)
+def _closeness(arrays: dict[str, Any]) -> Closeness | None:
+    found: dict[str, dict[str, Any]] = {direction: {} for direction in _DIRECTIONS}
+    for direction in _DIRECTIONS:
+        for key in [key for key in arrays if key.startswith(f"{direction}_")]:
+            array = _taken(arrays, key)
+            if array.dtype.kind == "f":
+                _require_finite(array, key)
+            found[direction][key.removeprefix(f"{direction}_")] = array
+    if not any(found.values()):
+        return None
+    try:
+        return Closeness(*(Leaves.of_arrays(found[direction]) for direction in _DIRECTIONS))
+    except InputError as error:
+        raise ArchiveError(str(error)) from error
 
 
 def _multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Ints, Floats]]:
     kinds = [key.removeprefix("which_") for key in arrays if key.startswith("which_")]
-    multipliers = {
-        kind: (_indices(arrays.pop(f"which_{kind}")), _floats(arrays.pop(f"values_{kind}")))
+    return {
+        kind: (_indices(arrays, f"which_{kind}"), _floats(arrays, f"values_{kind}"))
         for kind in kinds
     }
-    if arrays:
-        raise ValueError(f"the archive holds an array of no meaning: {min(arrays)}")
-    return multipliers
 
 
-def _indices(array: Any) -> Ints:
+def _taken(arrays: dict[str, Any], name: str) -> Any:
+    if name not in arrays:
+        raise ArchiveError(f"it has no array '{name}'")
+    return arrays.pop(name)
+
+
+def _indices(arrays: dict[str, Any], name: str) -> Ints:
+    array = _taken(arrays, name)
     if array.ndim != 1 or array.dtype.kind not in "iu":
-        raise ValueError("the array holds no indices")
+        raise ArchiveError(f"the array {name!a:.60} holds no indices")
     return np.asarray(array, dtype=np.int64)
 
 
-def _floats(array: Any) -> Floats:
+def _floats(arrays: dict[str, Any], name: str) -> Floats:
+    array = _taken(arrays, name)
+    if array.dtype.kind != "f":
+        raise ArchiveError(f"the array {name!a:.60} holds no floating-point numbers")
     converted = np.asarray(array, dtype=np.float64)
-    if not np.all(np.isfinite(converted)):
-        raise ValueError("the array holds values that are not finite")
+    _require_finite(converted, name)
     return converted
+
+
+def _require_finite(array: Floats, name: str) -> None:
+    if not np.all(np.isfinite(array)):
+        raise ArchiveError(f"the array {name!a:.60} holds values that are not finite")

@@ -49,20 +49,26 @@ def compare_with_rewritten(pair: Pair, answer: Floats, refined: bytes) -> Rewrit
     )
 
 
+def require_same_structure(pair: Pair, written: Asset) -> None:
+    """Check that a file is the source with its vertices elsewhere.
+
+    Raises:
+        InputError: it has other vertices or faces.
+    """
+    if _same_structure(pair.source_asset, written):
+        return
+    if len(written.positions) == len(pair.source_asset.positions):
+        # The triangles that a polygon is split into depend on where its corners are.
+        again = pair.read_patched(pair.patched(pair.written_positions(written)))
+        if _same_structure(again, written):
+            return
+    raise InputError("the refined file has other vertices or faces than the source")
+
+
 def _same_structure(one: Asset, other: Asset) -> bool:
-    return (
-        len(one.positions) == len(other.positions)
-        and len(one.faces) == len(other.faces)
-        and bool(np.array_equal(_raw_faces(one), _raw_faces(other)))
+    return len(one.positions) == len(other.positions) and bool(
+        np.array_equal(one.triangles, other.triangles)
     )
-
-
-def _raw_faces(asset: Asset) -> Floats:
-    """Name each corner by the first vertex of the file that is welded into it, (m, 3)."""
-    first = np.full(len(asset.vertices), len(asset.weld))
-    used = np.flatnonzero(asset.weld >= 0)
-    np.minimum.at(first, asset.weld[used], used)
-    return first[asset.faces]
 
 
 def _longest(vectors: Floats) -> float:

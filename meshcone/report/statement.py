@@ -16,12 +16,21 @@ def statement(deviation: Deviation, unit: str) -> str:
         deviation: the proven intervals.
         unit: what the unit of the files is called.
     """
-    extra, missing = (
-        f"{_rounded_up(each.upper_model)} {unit}" for each in (deviation.extra, deviation.missing)
-    )
+    found = within(deviation.extra.upper_model, deviation.missing.upper_model, unit)
+    return f"{found} (proven)"
+
+
+def within(extra: float, missing: float, unit: str) -> str:
+    """Say how close two surfaces are, rounded up to three digits.
+
+    Args:
+        extra: no point of the mesh is farther from the reference, in model units.
+        missing: no point of the reference is farther from the mesh.
+        unit: what the unit of the files is called.
+    """
     return (
-        f"every point within {extra} of the reference, "
-        f"every point of the reference within {missing} (proven)"
+        f"every point within {_rounded_up(extra)} {unit} of the reference, "
+        f"every point of the reference within {_rounded_up(missing)} {unit}"
     )
 
 

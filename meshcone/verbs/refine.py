@@ -9,7 +9,7 @@ from pathlib import PurePath
 
 from meshcone.assets import Asset
 from meshcone.certificate.certify import certify
-from meshcone.certificate.file import CertificateDocument, CertificateFile
+from meshcone.certificate.file import CertificateDocument, CertificateFile, Closeness
 from meshcone.conflict_words import in_words
 from meshcone.deadline import time_allowed
 from meshcone.files import MeshFile
@@ -24,6 +24,8 @@ from meshcone.program.diagnostics import SolverReport
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
+from meshcone.quality.deviation.proving import ProvenDeviation
+from meshcone.quality.records import Metrics
 from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.misfit import misfit
@@ -113,7 +115,9 @@ def refine(
     tracker.enter("quality")
     with watch.stage("quality"):
         scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
-        report = _report(pair, scorer, options, problem, solved, written)
+        after = scorer.refined(pair.source.moved_to(written.positions))
+        proven = scorer.deviation(pair.frame)
+        report = _report(pair, scorer, options, problem, solved, written, after, proven)
     with watch.stage("audit"):
         if options.audit:
             report = _with_audit(report, pair, written)
@@ -123,7 +127,7 @@ def refine(
         media_type=pair.source_asset.media_type,
         # Only now is the last stage over.
         report=judged(report.model_copy(update={"timings": _timings(watch, report)})),
-        certificate=_certificate(pair, options, solved, written),
+        certificate=_certificate(pair, options, solved, written, proven),
         scene=scorer.scene(pair.frame, _tension(solved)),
     )
 
@@ -164,8 +168,9 @@ def _report(
     problem: Formulated,
     solved: RefinedPositions,
     written: _Written,
+    after: Metrics,
+    proven: ProvenDeviation | None,
 ) -> Report:
-    after = scorer.refined(pair.source.moved_to(written.positions))
     appearance = scorer.appearance(*pair.paints)
     validity = scorer.input.validity, scorer.floor.validity
     moves = row_lengths(written.positions - pair.source.vertices)
@@ -176,7 +181,6 @@ def _report(
             solved.final, program_positions, options.solver.tolerance, problem.magnification
         )
     solver = _solver_report(options, solved)
-    proven = scorer.deviation(pair.frame)
     return Report(
         version=version("meshcone"),
         statement=proven and statement(proven.record, pair.unit(options.gates)),
@@ -220,7 +224,11 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
 
 
 def _certificate(
-    pair: Pair, options: Options, solved: RefinedPositions, written: _Written
+    pair: Pair,
+    options: Options,
+    solved: RefinedPositions,
+    written: _Written,
+    proven: ProvenDeviation | None,
 ) -> bytes | None:
     if solved.final is None:
         return None
@@ -236,7 +244,8 @@ def _certificate(
         alignment=None if pair.alignment is None else pair.alignment.matrix.tolist(),
         options=options,
     )
-    return CertificateFile.of(solved.final, document).to_bytes()
+    closeness = None if proven is None else Closeness(proven.extra, proven.missing)
+    return CertificateFile.of(solved.final, document, closeness).to_bytes()
 
 
 def _tension(solved: RefinedPositions) -> Floats | None:

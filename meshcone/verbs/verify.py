@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from meshcone.certificate.checks import Check, Verification
+from meshcone.certificate.closeness import closeness_checks
 from meshcone.certificate.file import CertificateFile, read_certificate
 from meshcone.certificate.identity import identity_checks
 from meshcone.certificate.metrics import metrics_check
@@ -72,7 +73,9 @@ def verify(
         pair, placed = place(pair, report.options, report.alignment)
     except InputError as error:
         return Verification((*checks, Check("placed", False, str(error))))
-    return Verification((*checks, *placed, *_check_answer(report, stored, pair, refined)))
+    closeness = closeness_checks(report, stored.closeness, pair, refined.data)
+    answer = _check_answer(report, stored, pair, refined)
+    return Verification((*checks, *placed, *closeness, *answer))
 
 
 def _check_answer(

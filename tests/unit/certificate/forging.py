@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from meshcone.certificate.certify import certify
-from meshcone.certificate.file import CertificateFile
+from meshcone.certificate.file import CertificateFile, Closeness
 from meshcone.certificate.rewriting import compare_with_rewritten
 from meshcone.certificate.road import displacement_of
 from meshcone.files import MeshFile
@@ -24,6 +24,7 @@ from meshcone.program.answer import FinalProgram
 from meshcone.program.round_solver import solve_round
 from meshcone.report.report import AlignmentRecord
 from meshcone.report.scoring import Scorer
+from meshcone.report.statement import statement
 from meshcone.surface.alignment import Alignment, distances_under
 from meshcone.surface.arrays import Floats
 from tests.unit.engine.evidence import Evidence
@@ -65,6 +66,9 @@ class Forgery:
         written = compare_with_rewritten(pair, answer, refined.data).positions
         scorer = Scorer(pair.source, pair.reference, options)
         measured = scorer.refined(pair.source.moved_to(written))
+        proven = scorer.deviation(pair.frame)
+        assert proven is not None
+        closeness = Closeness(proven.extra, proven.missing)
         tolerance = options.solver.tolerance
         report = honest.report.model_copy(
             update={
@@ -73,6 +77,8 @@ class Forgery:
                 "certificate": certify(
                     final, problem.into_program(written), tolerance, problem.magnification
                 ),
+                "deviation": proven.record,
+                "statement": statement(proven.record, pair.unit(options.gates)),
                 "displacement": displacement_of(written, pair.source.vertices),
                 "quality": scorer.quality(measured, pair.frame),
                 "solver": honest.report.solver.model_copy(update={"candidate": self.candidate}),
@@ -86,7 +92,7 @@ class Forgery:
                 "round_index": self.round_index,
             }
         )
-        certificate = CertificateFile.of(final, document)
+        certificate = CertificateFile.of(final, document, closeness)
         forged = replace(honest, report=report, certificate=certificate, refined=refined)
         return forged.with_forged_hashes()
 

@@ -42,3 +42,12 @@ def rough(name: str = "rough.obj", seed: int = 7) -> MeshFile:
 def smooth(radius: float = RADIUS) -> MeshFile:
     """The ball it should have been, with other vertices."""
     return MeshFile("smooth.obj", shapes.obj(*shapes.sphere(3, radius)))
+
+
+def with_a_seam(mesh: MeshFile) -> MeshFile:
+    """Store the first vertex twice, and have the last face that uses it use the copy."""
+    lines = mesh.data.splitlines()
+    faces = [number for number, line in enumerate(lines) if b"1" in line.split()[1:]]
+    corners = [b"67" if corner == b"1" else corner for corner in lines[faces[-1]].split()]
+    lines[faces[-1]] = b" ".join(corners)
+    return MeshFile(mesh.name, b"\n".join([*lines[:66], lines[0], *lines[66:]]) + b"\n")

@@ -23,7 +23,7 @@ from meshcone.report.report import AlignmentRecord
 from meshcone.verbs.refine import refine
 from meshcone.verbs.verify import read_report
 from tests.unit.engine.evidence import Evidence
-from tests.unit.engine.pairs import CAPPED, RADIUS, SETTINGS, rough, smooth
+from tests.unit.engine.pairs import CAPPED, RADIUS, SETTINGS, rough, smooth, with_a_seam
 
 HASHES = {"source file", "reference file", "refined file"}
 OPTIMALITY = {"feasible", "stationary", "no gap", "complementary"}
@@ -75,19 +75,10 @@ def test_a_seam_that_has_been_opened_fails() -> None:
     assert "written" in opened.with_forged_hashes().failed()
 
 
-def with_a_seam(mesh: MeshFile) -> MeshFile:
-    """Store the first vertex twice, and have the last face that uses it use the copy."""
-    lines = mesh.data.splitlines()
-    faces = [number for number, line in enumerate(lines) if b"1" in line.split()[1:]]
-    corners = [b"67" if corner == b"1" else corner for corner in lines[faces[-1]].split()]
-    lines[faces[-1]] = b" ".join(corners)
-    return MeshFile(mesh.name, b"\n".join([*lines[:66], lines[0], *lines[66:]]) + b"\n")
-
-
 def test_another_mesh_fails_where_the_refined_file_should_be(capped: Evidence) -> None:
     other = replace(capped, refined=smooth()).with_forged_hashes()
 
-    assert other.failed() == {"written"}
+    assert other.failed() == {"closeness", "written"}
 
 
 def test_an_option_changed_in_the_report_alone_fails(capped: Evidence) -> None:

@@ -1,0 +1,271 @@
+"""Closeness is proven from the files, whatever report, options and record say.
+
+Each case leaves the hashes true of the files at hand: only the proof is left to object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import igl
+import numpy as np
+import pytest
+import trimesh
+
+from meshcone.assets import Asset, read_asset
+from meshcone.certificate.checks import Check
+from meshcone.certificate.file import Closeness
+from meshcone.files import MeshFile
+from meshcone.quality.deviation.leaves import WEIGHT_PARTS, Leaves
+from meshcone.verbs.verify import verify
+from tests.unit.certificate.forging import Forgery, anywhere
+from tests.unit.engine.evidence import Evidence
+from tests.unit.engine.pairs import rough, smooth, with_a_seam
+
+SMOOTH = smooth().data
+FAST: dict[str, Any] = {"effort": "fast"}
+
+
+@pytest.fixture(scope="module")
+def honest() -> Evidence:
+    # So narrow an interval that faces have to be cut.
+    return Evidence.of(rough(), smooth(), {**FAST, "deviation": {"width": 1e-6, "share": 1e-6}})
+
+
+@pytest.fixture(scope="module")
+def cut(honest: Evidence) -> Leaves:
+    leaves = record(honest).extra
+    assert len(leaves.cut) > 10
+    assert (leaves.count > 1).any()
+    return leaves
+
+
+def record(evidence: Evidence) -> Closeness:
+    assert evidence.certificate.closeness is not None
+    return evidence.certificate.closeness
+
+
+def check(evidence: Evidence, name: str = "closeness") -> Check:
+    stored = MeshFile("certificate.npz", evidence.certificate.to_bytes())
+    checks = verify(
+        evidence.report, stored, evidence.source, evidence.reference, evidence.refined
+    ).checks
+    (found,) = (check for check in checks if check.name == name)
+    return found
+
+
+def with_extra(evidence: Evidence, leaves: Leaves) -> Evidence:
+    closeness = replace(record(evidence), extra=leaves)
+    return evidence.with_certificate(closeness=closeness)
+
+
+def test_what_is_said_is_true_of_dense_samples(honest: Evidence) -> None:
+    words = check(honest).words
+    extra, missing = (float(part.split(" units")[0]) for part in words.split("within ")[1:])
+    refined, reference = (read_asset("a.obj", honest.refined.data), read_asset("b.obj", SMOOTH))
+
+    for here, there, stated in ((refined, reference, extra), (reference, refined, missing)):
+        sampled = farthest_of_samples(here, there)
+        assert 0.9 * stated < sampled <= stated
+
+    assert words.endswith("proven without a search")
+
+
+def farthest_of_samples(here: Asset, there: Asset) -> float:
+    points, _ = trimesh.sample.sample_surface(
+        trimesh.Trimesh(here.vertices, here.faces, process=False), 5000, seed=1
+    )
+    points = np.concatenate([points, here.vertices])
+    squares, _, _ = igl.point_mesh_squared_distance(points, there.vertices, there.faces)
+    return float(np.sqrt(squares.max()))
+
+
+Spoil = Callable[[Leaves], dict[str, Any]]
+
+# What is done to the leaves of the refined surface, and what is said of it.
+SPOILED: dict[str, tuple[Spoil, str]] = {
+    "a cut left out": (
+        lambda leaves: {key: getattr(leaves, key)[:-1] for key in ("cut", "edge", "at")},
+        "a piece has no bound",
+    ),
+    "a leaf left out": (lambda leaves: {"count": leaves.count[:-1]}, "a piece has no bound"),
+    "a leaf of no faces": (
+        lambda leaves: {"count": changed(leaves.count, 0)},
+        "a piece has no bound",
+    ),
+    "a piece cut twice": (
+        lambda leaves: {"cut": np.sort(changed(leaves.cut, leaves.cut[1]))},
+        "do not tile",
+    ),
+    "a piece cut before it is there": (
+        lambda leaves: {"cut": changed(leaves.cut, 10**6, at=-1)},
+        "do not tile",
+    ),
+    "a negative piece": (lambda leaves: {"cut": changed(leaves.cut, -1)}, "do not tile"),
+    "a cut beyond its edge": (lambda leaves: {"at": changed(leaves.at, 1.5)}, "do not tile"),
+    "a cut before its edge": (lambda leaves: {"at": changed(leaves.at, -0.5)}, "do not tile"),
+    "a fourth edge": (lambda leaves: {"edge": changed(leaves.edge, 3)}, "do not tile"),
+    "a face that is not there": (
+        lambda leaves: {"faces": changed(leaves.faces, 10**6)},
+        "a face that the reference does not have",
+    ),
+    "a negative face": (
+        lambda leaves: {"faces": changed(leaves.faces, -1)},
+        "a face that the reference does not have",
+    ),
+    "a negative weight": (
+        lambda leaves: {"weights": changed(leaves.weights, -WEIGHT_PARTS)},
+        "a weight that is not between 0 and 1",
+    ),
+    "weights of less than one": (
+        lambda leaves: {"weights": leaves.weights // 2},
+        "weights that do not add up to 1",
+    ),
+    "weights of nothing": (
+        lambda leaves: {"weights": 0 * leaves.weights},
+        "weights that do not add up to 1",
+    ),
+    "bounds cut short": (lambda leaves: {"faces": leaves.faces[:-1]}, "bounds that are not whole"),
+}
+
+
+def changed(array: Any, value: float, at: int = 0) -> Any:
+    copy = array.copy()
+    copy[at] = value
+    return copy
+
+
+@pytest.mark.parametrize("name", SPOILED)
+def test_a_record_that_proves_nothing_fails(honest: Evidence, cut: Leaves, name: str) -> None:
+    spoil, said = SPOILED[name]
+
+    found = check(with_extra(honest, replace(cut, **spoil(cut))))
+
+    assert not found.ok
+    assert "the record of 'extra' proves nothing" in found.words
+    assert said in found.words
+
+
+def test_leaves_bounded_by_other_faces_prove_less(honest: Evidence, cut: Leaves) -> None:
+    far = with_extra(honest, replace(cut, faces=cut.faces[::-1].copy()))
+
+    assert "'extra' is proven to be 4" in check(far, "deviation").words
+    assert not check(far, "deviation").ok
+
+
+def test_leaves_of_another_mesh_with_the_same_counts_prove_less(honest: Evidence) -> None:
+    other = Evidence.of(rough(seed=8), smooth(), FAST)
+    swapped = honest.with_certificate(closeness=record(other))
+
+    assert not check(swapped, "deviation").ok
+
+
+def test_leaves_of_a_mesh_with_other_counts_do_not_tile(honest: Evidence) -> None:
+    both = record(honest)
+    turned = honest.with_certificate(closeness=Closeness(both.missing, both.extra))
+
+    assert "do not tile the mesh" in check(turned).words
+
+
+def test_a_mesh_that_is_far_off_is_said_to_be(honest: Evidence) -> None:
+    far = Forgery({**FAST, "surface": {"proximity": 1e6, "edge_cap": 1e6}}, before=anywhere).of(
+        honest
+    )
+
+    assert check(far).words.startswith("every point within 4.63 units of the reference")
+
+
+def test_a_record_that_only_the_report_has_fails(honest: Evidence) -> None:
+    gone = honest.with_certificate(closeness=None)
+
+    assert not check(gone).ok
+    assert "the certificate does not" in check(gone).words
+
+
+def test_a_record_that_the_report_is_silent_about_fails(honest: Evidence) -> None:
+    assert "the report does not" in check(honest.with_report(deviation=None)).words
+
+
+def test_closeness_is_searched_for_where_nobody_has_proven_it() -> None:
+    unproven = Evidence.of(rough(), smooth(), {**FAST, "deviation": {"prove": False}})
+
+    found = check(unproven)
+
+    assert unproven.failed() == set()
+    assert found.ok
+    assert found.words.endswith("found by a search, for no proof is stored")
+
+
+def test_closeness_is_proven_where_the_alignment_brings_the_source() -> None:
+    apart = rough()
+    asset = read_asset(apart.name, apart.data)
+    moved = MeshFile(apart.name, asset.patched(asset.vertices + np.array([3.0, 0, 0])))
+    aligned = Evidence.of(moved, smooth(), {**FAST, "align": "rigid"})
+
+    assert aligned.failed() == set()
+    assert check(aligned).words.startswith("moved as aligned, every point within 0.0")
+
+
+def test_a_refined_file_of_another_mesh_fails(honest: Evidence) -> None:
+    first, *rest = honest.refined.data.splitlines()
+    turned = b"\n".join([first, *rest[:-1], b"f 1 2 3"])
+    other = replace(honest, refined=MeshFile("other.obj", turned)).with_forged_hashes()
+
+    assert check(other).words == "the refined file has other vertices or faces than the source"
+
+
+def test_a_seam_that_has_been_opened_counts() -> None:
+    evidence = Evidence.of(with_a_seam(rough()), smooth(), FAST)
+    lines = evidence.refined.data.splitlines()
+    x, *yz = lines[66].split()[1:]
+    lines[66] = b" ".join([b"v", b"%.9g" % (float(x) + 0.5), *yz])
+    opened = replace(evidence, refined=MeshFile("open.obj", b"\n".join(lines)))
+
+    assert bound(check(opened)) >= bound(check(evidence)) + 0.49
+
+
+def bound(found: Check) -> float:
+    return float(found.words.split("within ")[1].split()[0])
+
+
+EDITED: dict[str, tuple[dict[str, Any], str]] = {
+    "a smaller upper end": ({"upper_model": 0.01, "upper": 0.005, "width": 0.0}, "is proven to be"),
+    "a larger lower end": ({"lower_model": 9.0}, "the report states 9"),
+    "a point off the surface": ({"at": (9.0, 0.0, 0.0)}, "away from the surface it is on"),
+    "another width": ({"width": 0.0}, "the report's width"),
+    "other model units": ({"upper_model": 9.0}, "model units"),
+}
+
+
+@pytest.mark.parametrize("name", EDITED)
+@pytest.mark.parametrize("direction", ["extra", "missing"])
+def test_an_interval_that_was_edited_fails(honest: Evidence, name: str, direction: str) -> None:
+    changes, said = EDITED[name]
+    stated = honest.report.deviation
+    assert stated is not None
+    edited = getattr(stated, direction).model_copy(update=changes)
+    deviation = stated.model_copy(update={direction: edited})
+
+    found = check(honest.with_report(deviation=deviation), "deviation")
+
+    assert not found.ok
+    assert said in found.words or "'max' is not the larger" in found.words
+
+
+def test_a_largest_deviation_that_is_neither_direction_s_fails(honest: Evidence) -> None:
+    stated = honest.report.deviation
+    assert stated is not None
+    smallest = min(stated.extra, stated.missing, key=lambda told: told.upper)
+    edited = honest.with_report(deviation=stated.model_copy(update={"max": smallest}))
+
+    assert "'max' is not the larger" in check(edited, "deviation").words
+
+
+def test_a_statement_that_says_more_than_is_proven_fails(honest: Evidence) -> None:
+    words = "every point within 0.01 units of the reference (proven)"
+
+    found = check(honest.with_report(statement=words), "deviation")
+
+    assert found.words == "the report's statement is not what its intervals say"
