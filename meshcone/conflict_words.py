@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.errors import InfeasibleError
+from meshcone.formulation import Formulated
 from meshcone.pair import Pair
 from meshcone.program.infeasibility import Conflict, ContradictionError
 
@@ -17,10 +18,10 @@ _RELIEF = {
 }
 
 
-def in_words(error: ContradictionError, pair: Pair) -> InfeasibleError:
+def in_words(error: ContradictionError, pair: Pair, problem: Formulated) -> InfeasibleError:
     """Name the kinds in conflict, the vertices by their index in the file, and what to relax."""
     kinds = " and ".join(f"{c.kind} ({c.count})" for c in error.conflicts)
-    where = "; ".join(_vertex(index, pair) for index in _worst(error.conflicts))
+    where = "; ".join(_vertex(problem.in_source(index), pair) for index in _worst(error.conflicts))
     relief = ", or ".join(_RELIEF[c.kind] for c in error.conflicts)
     return InfeasibleError(
         f"no mesh satisfies the requested constraints: {kinds} contradict each other "

@@ -14,6 +14,7 @@ from meshcone.program.centroid import centroid_program
 from meshcone.program.certificate import MultiplierTable, attach_multipliers
 from meshcone.program.effort import candidates
 from meshcone.program.request import SourceLabels
+from meshcone.program.seams import Seams
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.surface.arrays import Floats
 from meshcone.vertex_list import listed_vertices
@@ -47,24 +48,61 @@ class Formulated(abc.ABC):
         return positions
 
     def out_of_program(self, optimum: Floats) -> Floats:
-        """Map an optimum (n, 3) to the answer in the frame it stands for."""
+        """Map an optimum to the answer (n, 3) in the frame it stands for."""
         return optimum
+
+    def started_at(self, before: Floats) -> Floats:
+        """Map where a round started to vertices of the source, (n, 3) in the frame."""
+        return before
+
+    def of_vertices(self, values: Floats) -> Floats:
+        """Map a value of each vertex of the program to one of each vertex of the source, (n,)."""
+        return values
+
+    def in_source(self, index: int) -> int:
+        """Return a vertex of the source that a vertex of the program stands for."""
+        return index
 
 
 class SurfaceFormulation(Formulated):
     """The surface program of one pair.
 
     Attributes:
+        seams: which vertices of the source are one vertex of the program.
         problems: the program under every setting that is tried.
     """
 
     def __init__(self, pair: Pair, options: Options) -> None:
         asset = pair.source_asset
+        self.seams = Seams.of(pair.source)
         listed = listed_vertices(options, pair.source_file.resources, len(asset.weld))
-        labels = SourceLabels(asset.regions, asset.weld, pair.fixed, listed)
+        weld = np.where(asset.weld >= 0, self.seams.group[asset.weld], -1)
+        fixed = np.zeros(len(self.seams.first), dtype=bool)
+        fixed[self.seams.group[pair.fixed]] = True
+        labels = SourceLabels(asset.regions, weld, fixed, listed)
         self.problems = SurfaceProblems(
-            pair.source, pair.reference, options, pair.frame.radius, labels
+            self.seams.joined, pair.reference, options, pair.frame.radius, labels
         )
+
+    def into_program(self, positions: Floats) -> Floats:
+        """See :meth:`Formulated.into_program`."""
+        return self.seams.gathered(positions)
+
+    def out_of_program(self, optimum: Floats) -> Floats:
+        """See :meth:`Formulated.out_of_program`."""
+        return self.seams.spread(optimum)
+
+    def started_at(self, before: Floats) -> Floats:
+        """See :meth:`Formulated.started_at`."""
+        return self.seams.spread(before)
+
+    def of_vertices(self, values: Floats) -> Floats:
+        """See :meth:`Formulated.of_vertices`."""
+        return np.asarray(values[self.seams.group])
+
+    def in_source(self, index: int) -> int:
+        """See :meth:`Formulated.in_source`."""
+        return int(self.seams.first[index])
 
     def rebuild(
         self,

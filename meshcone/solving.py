@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.paper import refine_centroid
@@ -18,7 +20,8 @@ def solve(
         on_round: called with the rounds done and the rounds in all.
     """
     if isinstance(problem, SurfaceFormulation):
-        return SurfaceRefiner(problem.problems).run(on_round)
+        answer = SurfaceRefiner(problem.problems).run(on_round)
+        return replace(answer, positions=problem.out_of_program(answer.positions))
     answer = refine_centroid(problem.pair.source, problem.pair.reference, problem.options)
     on_round(1, 1)
     return answer

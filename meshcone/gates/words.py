@@ -30,6 +30,7 @@ _NAMES = {
     "validity.watertight": "watertight",
     "validity.boundary_edges": "number of edges on open borders",
     "validity.non_manifold_edges": "number of edges where more than two faces meet",
+    "validity.cracks": "number of border edges along another border",
     "validity.opposed_edges": "number of edges between faces turned in opposite directions",
     "validity.degenerate_faces": "number of faces without area",
     "validity.duplicate_faces": "number of faces that are there twice",

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from meshcone.quality.cracks import count_cracks
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, row_dot
@@ -88,6 +89,9 @@ class HarmCheck:
         # Where the reference's own faces pass through each other, so will those that follow it.
         if more > allowed and more > self._crossing_of_reference - (self._crossing or 0):
             found.append(f"{more:,} more pairs of faces pass through each other")
+        torn, was = count_cracks(mesh, self._pairs), count_cracks(self._source, self._pairs)
+        if torn is not None and was is not None and torn - was > allowed:
+            found.append(f"{torn - was:,} more edges of open borders lie along another border")
         return found
 
     def _more_crossing(self, mesh: Mesh) -> int:

@@ -48,6 +48,11 @@ class Validity(_Record):
     opposed_edges: int = Field(
         description="edges across which two faces turn their outsides in opposite directions"
     )
+    cracks: int | None = Field(
+        None,
+        description="edges of open borders that run within 1e-4 of the radius of another open "
+        "border; null: not tested, or a report from before this count",
+    )
     degenerate_faces: int = Field(
         description="faces without area, those with two corners at one place among them"
     )

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from meshcone.quality.cracks import count_cracks
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.quality.records import Validity
@@ -20,7 +21,8 @@ def inspect(
 
     Args:
         mesh: the mesh.
-        intersection_pairs: pairs of faces that may be tested for self-intersections.
+        intersection_pairs: pairs of faces that may be tested for self-intersections, and of
+            border edges for cracks.
         before: the same faces over the positions they had in the input, if it is not the
             input itself; flipped faces are counted against it.
         collapsed: faces that the file lists and the mesh does not have, because corners of
@@ -35,6 +37,7 @@ def inspect(
         boundary_edges=int(np.count_nonzero(uses.counts == 1)),
         non_manifold_edges=int(np.count_nonzero(uses.counts > 2)),
         opposed_edges=uses.opposed,
+        cracks=count_cracks(mesh, intersection_pairs),
         degenerate_faces=collapsed
         + int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
         duplicate_faces=_duplicates(mesh),

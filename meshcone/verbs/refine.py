@@ -108,7 +108,7 @@ def refine(
                 else:
                     solved = RefinedPositions(pair.source.vertices, [], None, misaligned=apart)
             except ContradictionError as error:
-                raise in_words(error, pair) from None
+                raise in_words(error, pair, problem) from None
     tracker.enter("write")
     with watch.stage("write"):
         written = _write(pair, solved)
@@ -128,7 +128,7 @@ def refine(
         # Only now is the last stage over.
         report=judged(report.model_copy(update={"timings": _timings(watch, report)})),
         certificate=_certificate(pair, options, solved, written, proven),
-        scene=scorer.scene(pair.frame, _tension(solved)),
+        scene=scorer.scene(pair.frame, _tension(problem, solved)),
     )
 
 
@@ -248,10 +248,11 @@ def _certificate(
     return CertificateFile.of(solved.final, document, closeness).to_bytes()
 
 
-def _tension(solved: RefinedPositions) -> Floats | None:
+def _tension(problem: Formulated, solved: RefinedPositions) -> Floats | None:
     if solved.final is None:
         return None
-    return vertex_tension(solved.final.multipliers, len(solved.positions))
+    tension = vertex_tension(solved.final.multipliers, len(solved.final.positions))
+    return problem.of_vertices(tension)
 
 
 def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:

@@ -83,7 +83,7 @@ def _check_answer(
 ) -> Iterator[Check]:
     problem = formulate(pair, report.options)
     try:
-        final = _rebuild(problem, stored, len(pair.source.vertices))
+        final = _rebuild(problem, stored, len(problem.into_program(pair.source.vertices)))
     except InputError as error:
         yield Check("program", False, str(error))
         return
@@ -97,7 +97,8 @@ def _check_answer(
     moved = displacement_of(rewriting.positions, pair.source.vertices)
     yield displacement_check(moved, report.displacement)
     yield metrics_check(report, pair.source.moved_to(rewriting.positions), pair.reference)
-    yield road_check(final.round_index, final.before, pair.source.vertices, moved)
+    start = problem.started_at(final.before)
+    yield road_check(final.round_index, start, pair.source.vertices, moved)
 
 
 def _rebuild(

@@ -20,6 +20,7 @@ def test_a_torus_is_a_valid_surface() -> None:
         boundary_edges=0,
         non_manifold_edges=0,
         opposed_edges=0,
+        cracks=0,
         degenerate_faces=0,
         duplicate_faces=0,
         flipped_faces=None,

@@ -1,0 +1,44 @@
+"""Open borders that run along each other are counted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshcone.quality.cracks import count_cracks
+from meshcone.surface import Mesh
+from tests.meshes import sheet, sphere
+
+PAIRS = 100_000
+
+
+def halves(gap: float, left: int = 6, right: int = 6) -> Mesh:
+    """Two unit squares side by side, of so many cells along each side."""
+    meshes = [sheet(cells + 1, cells + 1) for cells in (left, right)]
+    one = meshes[0].vertices / left
+    other = meshes[1].vertices / right + np.array([1.0 + gap, 0, 0])
+    faces = np.concatenate([meshes[0].faces, meshes[1].faces + len(one)])
+    return Mesh(np.concatenate([one, other]), faces)
+
+
+@pytest.mark.parametrize("gap", [0.0, 5e-8, 9e-5])
+def test_both_sides_of_a_seam_count(gap: float) -> None:
+    assert count_cracks(halves(gap), PAIRS) == 12
+
+
+@pytest.mark.parametrize("gap", [1.1e-4, 0.03])
+def test_borders_farther_apart_do_not(gap: float) -> None:
+    assert count_cracks(halves(gap), PAIRS) == 0
+
+
+def test_borders_divided_otherwise_count_all_the_same() -> None:
+    assert count_cracks(halves(1e-5, left=6, right=15), PAIRS) == 6 + 15
+
+
+@pytest.mark.parametrize("mesh", [sphere(2), sheet(5, 5)], ids=["closed", "one border"])
+def test_a_mesh_without_a_seam_has_none(mesh: Mesh) -> None:
+    assert count_cracks(mesh, PAIRS) == 0
+
+
+def test_what_would_take_too_long_is_not_tested() -> None:
+    assert count_cracks(halves(0.0), 3) is None
