@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.relative_names import from_uri
+from meshcone.relative_names import from_uri, inside
 
 _BEGINNING = 1024  # bytes; white space before a document is short
+_BINARY = b"glTF"
+_CHUNK_AT = 20  # bytes from the start of a GLB to the data of its first chunk
+_LIBRARY = re.compile(rb"mtllib[ \t]+([^\r\n]*)")
 
 
 def read_local(path: Path, also: str | None = None) -> MeshFile:
-    """Read a mesh and, of a glTF, the buffers it names; and a file that its options name.
+    """Read a mesh and the files it names; and a file that its options name.
 
-    Only names within the mesh's folder are followed: a mesh from elsewhere must not pick files
-    of this machine. What is named and not there is left for the reader to complain of.
+    Those are the buffers and images of a glTF, the material libraries of an OBJ and the images
+    that these name. Only names within the mesh's folder are followed: a mesh from elsewhere must
+    not pick files of this machine. What is named and not there is left for the reader to
+    complain of.
 
     Args:
         path: the mesh.
@@ -50,7 +57,7 @@ def files_of(path: Path) -> list[Path]:
         return [path]  # what is read of a pipe here would be missing later
     try:
         with path.open("rb") as file:
-            names_files = _is_document(file.read(_BEGINNING))
+            names_files = _names_files(path, file.read(_BEGINNING))
         # Whatever names no files is not read: it can be large.
         return [path, *_beside(path, path.read_bytes()).values()] if names_files else [path]
     except OSError:
@@ -71,25 +78,96 @@ def read_bytes(path: Path) -> bytes:
 
 
 def _beside(path: Path, data: bytes) -> dict[str, Path]:
-    places = {name: path.parent / name for name in _named_files(data)}
-    return {name: place for name, place in places.items() if place.is_file()}
+    """The files that are there, by the names within the mesh's folder that it has for them."""
+    if path.suffix.lower() == ".obj":
+        return _beside_obj(path.parent, data)
+    names = filter(None, map(from_uri, _uris(_document(data))))
+    return _existing(path.parent, names)
+
+
+def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:
+    """Material libraries, and the images that they name from where they are."""
+    # One statement may name several; but many programs write one name with blanks in it.
+    statements = [_text(words) for words in _libraries(data)]
+    libraries = _existing(folder, [n for words in statements for n in (words, *words.split())])
+    images: dict[str, Path] = {}
+    for name, place in libraries.items():
+        within = PurePosixPath(name).parent
+        for image in _named_images(read_bytes(place)):
+            # A path of the machine that wrote it says no more than its last part.
+            last = image.replace("\\", "/").rpartition("/")[2]
+            for each in (f"{within}/{image}", image, f"{within}/{last}"):
+                found = _existing(folder, [each])
+                images |= found
+                if found:
+                    break
+    return libraries | images
+
+
+def _existing(folder: Path, names: Iterable[str]) -> dict[str, Path]:
+    places = {name: folder / name for name in filter(None, map(inside, names))}
+    return {name: place for name, place in places.items() if _is_file(place)}
+
+
+def _is_file(place: Path) -> bool:
+    try:
+        return place.is_file()
+    except OSError:  # a name that is too long
+        return False
+
+
+def _named_images(library: bytes) -> Iterable[str]:
+    # The reader brings NumPy, whose threads are set before it is loaded.
+    from meshcone.assets.obj.materials import named_images
+
+    return named_images(library)
+
+
+def _libraries(data: bytes) -> Iterator[bytes]:
+    """What follows ``mtllib`` where a line begins with it."""
+    for found in _LIBRARY.finditer(data):
+        line = max(data.rfind(each, 0, found.start()) for each in (b"\n", b"\r")) + 1
+        if not data[line : found.start()].strip():
+            yield found[1].partition(b"#")[0].strip()
+
+
+def _text(name: bytes) -> str:
+    return name.decode("utf-8", "replace")
+
+
+def _names_files(path: Path, beginning: bytes) -> bool:
+    return path.suffix.lower() == ".obj" or _is_document(beginning) or beginning.startswith(_BINARY)
 
 
 def _is_document(beginning: bytes) -> bool:
     return beginning.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
 
-def _named_files(data: bytes) -> Iterator[str]:
+def _document(data: bytes) -> dict[str, Any]:
+    """The JSON of a glTF; empty where the file is none, or is malformed."""
+    if data.startswith(_BINARY):
+        data = _first_chunk(data)
     if not _is_document(data):
-        return  # an OBJ's materials are not needed to refine it
+        return {}
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):
-        return
-    buffers = document.get("buffers") if isinstance(document, dict) else None
-    for buffer in buffers if isinstance(buffers, list) else ():
-        uri = buffer.get("uri") if isinstance(buffer, dict) else None
-        if isinstance(uri, str) and not uri.startswith("data:"):
-            name = from_uri(uri)
-            if name is not None:
-                yield name
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def _first_chunk(data: bytes) -> bytes:
+    # glTF 2.0, section 4.4: magic, version and length, then length and type of the first chunk.
+    if len(data) < _CHUNK_AT:
+        return b""
+    length = int.from_bytes(data[_CHUNK_AT - 8 : _CHUNK_AT - 4], "little")
+    return data[_CHUNK_AT : _CHUNK_AT + length]
+
+
+def _uris(document: dict[str, Any]) -> Iterator[str]:
+    for array in ("buffers", "images"):
+        holders = document.get(array)
+        for holder in holders if isinstance(holders, list) else ():
+            uri = holder.get("uri") if isinstance(holder, dict) else None
+            if isinstance(uri, str) and uri[:5].lower() != "data:":
+                yield uri

@@ -20,7 +20,7 @@ class ServiceSettings(WebhookSettings):
         description="size of a whole request, both meshes and all their files",
     )
     max_resources: int = Field(
-        default=64, ge=0, description="further files one request may bring for its meshes to name"
+        default=256, ge=0, description="further files one request may bring for its meshes to name"
     )
     precheck_bytes: int = Field(
         default=16 * MEBIBYTE,

@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 
+from meshcone.assets import read_asset
 from meshcone.local_files import files_of, read_local
 
 
@@ -40,3 +41,72 @@ def test_buffers_in_folders_are_found_and_none_outside(tmp_path: Path) -> None:
     mesh.write_text(json.dumps({"buffers": [{"uri": uri} for uri in uris]}))
 
     assert read_local(mesh).resources == {"data/a b.bin": b"abc"}
+
+
+def obj_with_images(folder: Path) -> Path:
+    """An OBJ with a library in a folder, whose images are in several places."""
+    mesh = folder / "model" / "a.obj"
+    library = folder / "model" / "looks" / "a b.mtl"
+    library.parent.mkdir(parents=True)
+    library.write_text(
+        "newmtl one\nmap_Kd -s 2 2 1 here.png\nmap_Ks ../shared/far.png\n"
+        "newmtl two\nmap_Kd C:\\Users\\somebody\\wall.png\nbump missing.png\n"
+        "map_d ../../secret.png\n"
+    )
+    for name in ("looks/here.png", "shared/far.png", "looks/wall.png", "unnamed.png"):
+        (mesh.parent / name).parent.mkdir(exist_ok=True)
+        (mesh.parent / name).write_bytes(name.encode())
+    (folder / "secret.png").write_bytes(b"secret")
+    mesh.write_text("# mtllib unnamed.png\n  mtllib looks/a b.mtl # two words\nv 0 0 0\n")
+    return mesh
+
+
+def test_the_libraries_of_an_obj_and_their_images_are_found_and_none_outside(
+    tmp_path: Path,
+) -> None:
+    mesh = obj_with_images(tmp_path)
+
+    file = read_local(mesh)
+
+    assert set(file.resources) == {
+        *("looks/a b.mtl", "looks/here.png", "shared/far.png", "looks/wall.png"),
+    }
+    assert {*files_of(mesh)} == {mesh, *(mesh.parent / name for name in file.resources)}
+
+
+def test_the_images_that_were_found_are_those_the_reader_looks_for(tmp_path: Path) -> None:
+    mesh = obj_with_images(tmp_path)
+    file = read_local(mesh)
+    data = b"mtllib looks/a b.mtl\nusemtl one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+    content = read_asset("a.obj", data, file.resources).content()
+
+    assert {image.name: image.data for image in content.images} == {
+        "here.png": b"looks/here.png",
+        "../shared/far.png": b"shared/far.png",
+        "C:\\Users\\somebody\\wall.png": b"looks/wall.png",
+        "missing.png": None,
+        "../../secret.png": None,
+    }
+
+
+def test_the_images_of_a_gltf_and_of_a_glb_are_found(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "a b.png").write_bytes(b"image")
+    document = b'{"images": [{"uri": "maps/a%20b.png"}, {"uri": "data:image/png;base64,AA=="}]}'
+    chunk = len(document).to_bytes(4, "little") + b"JSON" + document
+    glb = b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunk)).to_bytes(4, "little") + chunk
+    (tmp_path / "a.gltf").write_bytes(document)
+    (tmp_path / "a.glb").write_bytes(glb)
+
+    for name in ("a.gltf", "a.glb"):
+        assert read_local(tmp_path / name).resources == {"maps/a b.png": b"image"}
+        assert files_of(tmp_path / name) == [tmp_path / name, tmp_path / "maps" / "a b.png"]
+
+
+def test_damaged_files_name_nothing(tmp_path: Path) -> None:
+    mesh = tmp_path / "a.glb"
+    for data in (b"glTF", b"glTF" + b"\xff" * 16, b"glTF" + bytes(30), b'{"images": 3}', b"{"):
+        mesh.write_bytes(data)
+
+        assert read_local(mesh).resources == {}

@@ -50,6 +50,7 @@ _OPTIONS = {
     b"-type": 1,
 }
 _VECTOR_OPTIONS = (b"-o", b"-s", b"-t")
+_MOST_NUMBERS = 3
 _LINE = re.compile(rb"[^\r\n]+")
 
 
@@ -95,7 +96,8 @@ class LibraryReader:
     def __init__(self, resources: Mapping[str, bytes], faults: Faults) -> None:
         self._resources = resources
         self._faults = faults
-        self._numbers: dict[str, int] = {}
+        self._numbers: dict[tuple[str, str], int] = {}
+        self._folder = ""
         self.images: list[Image] = []
 
     def find(self, name: str) -> bytes | None:
@@ -114,6 +116,7 @@ class LibraryReader:
             library: its name, for messages.
             data: its bytes.
         """
+        self._folder = library.replace("\\", "/").rpartition("/")[0]
         draft: _Draft | None = None
         for number, match in enumerate(_LINE.finditer(data), 1):
             keyword, _, rest = match[0].partition(b"#")[0].strip().partition(b" ")
@@ -166,7 +169,7 @@ class LibraryReader:
         wrap: Wrap = "repeat"
         while len(rest) > 1 and rest[0].lower() in (*_OPTIONS, *_VECTOR_OPTIONS):
             option = rest.pop(0).lower()
-            taken = _OPTIONS.get(option) or _count_numbers(rest[:3])
+            taken = _OPTIONS.get(option) or _count_numbers(rest)
             values, rest = rest[:taken], rest[taken:]
             if option == b"-clamp" and values == [b"on"]:
                 wrap = "clamp"
@@ -182,11 +185,14 @@ class LibraryReader:
         )
 
     def _image(self, name: str) -> int:
-        if name not in self._numbers:
-            self._numbers[name] = len(self.images)
-            data = self.find(name)
+        """The image of a name, which is looked for beside the library first."""
+        key = self._folder, name
+        if key not in self._numbers:
+            self._numbers[key] = len(self.images)
+            data = self.find(f"{self._folder}/{name}") if self._folder else None
+            data = self.find(name) if data is None else data
             self.images.append(Image(name, f"image '{name[:60]}'", data))
-        return self._numbers[name]
+        return self._numbers[key]
 
 
 def named_images(data: bytes) -> Iterator[str]:
@@ -199,7 +205,8 @@ def named_images(data: bytes) -> Iterator[str]:
 
 def _count_numbers(words: list[bytes]) -> int:
     """How many numbers stand at the start: a file name follows them, which may be one too."""
+    most = min(_MOST_NUMBERS, max(len(words) - 1, 1))
     count = 0
-    while count < len(words) and parse_number(words[count]) is not None:
+    while count < most and parse_number(words[count]) is not None:
         count += 1
-    return min(count, max(len(words) - 1, 1))
+    return count
