@@ -60,6 +60,7 @@ class AssetResult(_Record):
     seconds: float = Field(description="wall-clock time it took")
     verdict: GateVerdict | None = None
     error: AssetError | None = None
+    statement: str | None = Field(None, description="what is proven of its deviation")
     warnings: tuple[WarningRecord, ...] = Field((), description="what the report warns of")
     view: AssetView | None = Field(None, exclude=True, description="kept only where asked for")
 

@@ -20,6 +20,12 @@ class _Definition:
 
 
 _DEFINITIONS = {
+    "deviation": _Definition(
+        "proven interval for the largest distance of any point of any triangle: extra of the "
+        "mesh from the reference, missing of the reference from the mesh, max of both",
+        "radius",
+        None,
+    ),
     "point_to_surface": _Definition(
         "exact distance of samples of either surface to the other's triangles; max: of samples "
         "and vertices, so a lower bound of the largest distance there is; see deviation.max",

@@ -29,10 +29,11 @@ def within(extra: float, missing: float, unit: str) -> str:
         unit: what the unit of the files is called.
     """
     return (
-        f"every point within {_rounded_up(extra)} {unit} of the reference, "
-        f"every point of the reference within {_rounded_up(missing)} {unit}"
+        f"every point within {rounded_up(extra)} {unit} of the reference, "
+        f"every point of the reference within {rounded_up(missing)} {unit}"
     )
 
 
-def _rounded_up(value: float) -> str:
+def rounded_up(value: float) -> str:
+    """Write a number with three digits, none below it."""
     return f"{float(_UP.create_decimal(Decimal(value))):.3g}"

@@ -63,6 +63,8 @@ def _print_table(report: MeasureReport) -> None:
     document = report.model_dump(mode="json")
     sampling = document["quality"]["conventions"]
     console = Console(soft_wrap=True, highlight=False)
+    if report.statement is not None:
+        console.print(report.statement, markup=False)
     console.print(metrics_table(document))
     radius = f"radius         {report.frame.radius:.6g} in the unit of the files"
     seeds = sampling["metrics"]["chamfer"]

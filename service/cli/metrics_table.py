@@ -35,6 +35,12 @@ def metrics_table(report: Mapping[str, Any]) -> Table:
     with_unit = refined is None and "laplacian" not in sections
     if refined or with_unit:
         table.add_column("refined / input" if refined else "unit", justify="right")
+    judged = "refined" if refined else "input"
+    for name, most in _proven(report):
+        shown = {judged: most, "floor": "0"}  # of the reference from itself
+        cells = [shown.get(each, "") for each in sections]
+        cells += ["" if refined else "radius"] if refined or with_unit else []
+        table.add_row(name, *cells)
     for name, before in sections["input"].items():
         values = [section.get(name) for section in sections.values()]
         if all(value is None for value in values) and name == _FLIPPED:
@@ -50,6 +56,15 @@ def metrics_table(report: Mapping[str, Any]) -> Table:
 
 
 _FLIPPED = "validity.flipped_faces"
+
+
+def _proven(report: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What no point of the mesh, of the reference or of both exceeds, by the names of gates."""
+    from meshcone.report.statement import rounded_up
+
+    for name, interval in (report.get("deviation") or {}).items():
+        if interval is not None:
+            yield f"deviation.{name}.upper", rounded_up(interval["upper"])
 
 
 def _sections(report: Mapping[str, Any]) -> dict[str, dict[str, _Value]]:

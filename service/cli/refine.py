@@ -76,6 +76,8 @@ def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
     proof = "none: the input was kept as it was"
     if certificate is not None:
         proof = "holds" if certificate["holds"] else "does not hold"
+    if report["statement"] is not None:
+        typer.echo(report["statement"])
     typer.echo(outcome_line(report))
     typer.echo(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
     typer.echo(f"certificate    {proof}")

@@ -65,7 +65,9 @@ def summary_table(run: GateRun) -> Table:
 
 
 def check_lines(asset: AssetResult) -> Iterator[str]:
-    """A line for each check of an asset, and for each warning."""
+    """What is proven of an asset, then a line for each check and for each warning."""
+    if asset.statement is not None:
+        yield f"{'proven':<11} {asset.statement}"
     for check in asset.checks():
         yield f"{label(check.status, check.severity):<11} {check.words}"
     for warning in asset.warnings:

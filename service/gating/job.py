@@ -48,13 +48,14 @@ class Judgement:
     verdict: GateVerdict
     warnings: tuple[WarningRecord, ...]
     view: AssetView | None = None
+    statement: str | None = None
 
     @staticmethod
     def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
         """Take it from a report as JSON, in which there are gates."""
         verdict = GateVerdict.model_validate(report["gates"])
         warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))
-        return Judgement(verdict, warnings, view)
+        return Judgement(verdict, warnings, view, report.get("statement"))
 
 
 _UNGATED = Judgement(
@@ -91,6 +92,7 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
         error=error,
         warnings=judgement.warnings if judgement else (),
         view=judgement.view if judgement else None,
+        statement=judgement.statement if judgement else None,
     )
 
 

@@ -131,7 +131,7 @@ def _judgement(job: GateJob) -> Judgement:
 
 
 def _of(report: AnyReport, view: AssetView | None = None) -> Judgement:
-    return Judgement.of(report.model_dump(include={"gates", "warnings"}), view)
+    return Judgement.of(report.model_dump(include={"gates", "warnings", "statement"}), view)
 
 
 def _view(done: Measurement | Refinement) -> AssetView:

@@ -59,8 +59,9 @@ def test_refine_writes_the_mesh_and_its_report(directory: Path) -> None:
     assert (directory / "out.obj").read_bytes().startswith(b"v ")
     assert (directory / "out.certificate.npz").read_bytes().startswith(b"PK")
     assert report["outcome"] == "improved"
-    outcome, deviation, certificate, files = finished.stdout.splitlines()
+    proven, outcome, deviation, certificate, files = finished.stdout.splitlines()
     before, after = (report["quality"][name]["point_to_surface"] for name in ("input", "refined"))
+    assert proven == report["statement"]
     assert outcome.startswith("outcome        improved: the refined surface lies ")
     assert f"mean {before['mean']:.3g} → {after['mean']:.3g}," in deviation
     assert f"worst vertex {before['max']:.3g} → {after['max']:.3g}," in deviation

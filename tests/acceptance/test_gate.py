@@ -123,7 +123,11 @@ def test_one_pair_tells_every_check(assets: Path) -> None:
     finished = gate(assets, *pair, "--gates", "gates.toml", *QUICK)
 
     assert finished.returncode == 1
-    assert [line.split()[0] for line in finished.stdout.splitlines()] == ["FAILED", *3 * ["ok"]]
+    assert [line.split()[0] for line in finished.stdout.splitlines()] == [
+        "proven",
+        "FAILED",
+        *3 * ["ok"],
+    ]
 
 
 def test_a_pair_that_passes_exits_with_0(assets: Path) -> None:

@@ -21,7 +21,7 @@ class Asked:
         share: the same as a share of its upper end; the larger of both counts.
         most_pieces: how many pieces may be made beyond the faces of the mesh.
         bars: values to be told from the distance. Where there are some, nothing else is
-            asked for: the search ends as soon as each is known to be exceeded or not.
+            asked for: nothing is cut any more once each is known to be exceeded or not.
     """
 
     width: float
@@ -32,13 +32,14 @@ class Asked:
     @property
     def level(self) -> Level:
         """What a piece may be bounded by and still need no more work."""
-        return self._undecided if self.bars else self._narrow
+        return self._undecided if self.bars else self.narrow
 
     def _undecided(self, met: float) -> float:
         left = min((bar for bar in self.bars if bar >= met), default=float("inf"))
         return left * (1 - _ROUNDING)  # whoever compares may have rounded bar and bound
 
-    def _narrow(self, met: float) -> float:
+    def narrow(self, met: float) -> float:
+        """What a piece may be bounded by in an interval as narrow as asked for."""
         return max(met + self.width, met / (1 - self.share))
 
     def answered_by(self, lower: float, upper: float) -> bool:
@@ -90,6 +91,8 @@ def directed_deviation(
     """
     search = Search(mesh, reference, hints)
     search.run(asked.level, asked.most_pieces)
+    if asked.bars:
+        search.run(asked.narrow, 0)  # whole pieces cost little, and say how far it is about
     farthest = search.farthest()
     lower, upper = farthest.distance, search.upper
     return Interval(

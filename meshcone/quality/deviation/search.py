@@ -132,6 +132,9 @@ class Search:
             self._guess(rows)
         while len(left := left[pieces.bound[left] > bar()]):
             if pieces.count - pieces.faces >= most_pieces:
+                # No more cuts, but each piece there is has a bound as good as can be.
+                left = left[pieces.edge[left] < 0]
+            if not len(left):
                 break
             now, later = _largest(left, pieces.bound[left])
             known = pieces.edge[now] >= 0

@@ -7,6 +7,7 @@ import { chip } from "meshcone/job-words";
 const BETTER_IF_LARGER = new Set(["normal_consistency", "surface_normal_consistency", "fscore", "validity.watertight", "appearance.color_difference.psnr"]);
 const NEITHER = new Set(["validity.components"]);
 const GROUPS = [
+  ["Proven deviation", /^deviation/],
   ["Distances", /^(point_to_surface|chamfer|chamfer_l1|hausdorff|hausdorff95|emd|fscore)(\.|$)/],
   ["Normals and curvature", /^(normal_|surface_normal|curvature)/],
   ["Colours", /^appearance/],
@@ -30,6 +31,11 @@ function colours(compared) {
   return compared === "not_tested" ? [[name, "not tested"]] : leaves(compared, `${name}.`);
 }
 
+/** The proven intervals, under the names gates use. */
+function intervals(deviation) {
+  return ["max", "extra", "missing"].filter((name) => deviation?.[name]).map((name) => [`deviation.${name}`, deviation[name]]);
+}
+
 function bars(before, after) {
   if (typeof before !== "number" || typeof after !== "number") return null;
   const top = Math.max(Math.abs(before), Math.abs(after));
@@ -39,7 +45,7 @@ function bars(before, after) {
 }
 
 function tendency(name, before, after) {
-  if (typeof before === "boolean" || after === undefined || after === null || before === null || NEITHER.has(name) || before === after) return "";
+  if (typeof before === "boolean" || before === undefined || after === undefined || after === null || before === null || NEITHER.has(name) || before === after) return "";
   return (after > before) === BETTER_IF_LARGER.has(name) ? "better" : "worse";
 }
 
@@ -55,15 +61,18 @@ export function metricsTable(report) {
   const { quality, frame } = report;
   const names = embedded("words");
   const looks = report.appearance ?? {};
-  const refined = quality.refined ? Object.fromEntries([...leaves(quality.refined), ...colours(looks.color_difference)]) : null;
+  const proven = intervals(report.deviation);
+  const refined = quality.refined ? Object.fromEntries([...proven, ...leaves(quality.refined), ...colours(looks.color_difference)]) : null;
   const floor = Object.fromEntries([...leaves(quality.floor), ...colours(looks.floor)]);
-  const input = [...leaves(quality.input), ...colours(looks.input)];
+  const judged = refined ? proven.map(([name]) => [name, undefined]) : proven;
+  const input = [...judged, ...leaves(quality.input), ...colours(looks.input)];
   const checks = report.gates?.checks ?? [];
   const body = h("tbody");
   const convention = (name) => quality.conventions.metrics[name.replace(/^appearance\./, "").split(".")[0]];
   const unitOf = (name) => (name.endsWith(".psnr") ? "dB" : (convention(name)?.unit ?? "1"));
 
   const shown = (name, value, model) => {
+    if (value?.upper !== undefined) return `${number(value.lower * (model ? frame.radius : 1))} to ${number(value.upper * (model ? frame.radius : 1))}`;
     const power = POWERS[unitOf(name)];
     if (typeof value === "number" && power && model && !name.endsWith("share_over_4")) return number(value * frame.radius ** power);
     return value === null || value === undefined ? "–" : number(value);

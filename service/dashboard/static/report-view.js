@@ -15,7 +15,8 @@ export function verdictCard(report) {
   const checks = [...(gates?.checks ?? [])].sort((a, b) => ORDER[a.status] - ORDER[b.status]);
   return h("section", { class: `card verdict ${gates?.verdict ?? report.outcome}`, "aria-label": "Verdict", "data-testid": "verdict" },
     gates && h("p", { class: "headline" }, verdictSentence(gates)),
-    h("p", { class: gates ? "" : "headline" }, outcomeSentence(report)),
+    report.statement && h("p", { class: gates ? "" : "headline", "data-testid": "statement" }, `${report.statement[0].toUpperCase()}${report.statement.slice(1)}.`),
+    h("p", { class: gates || report.statement ? "" : "headline" }, outcomeSentence(report)),
     !gates && h("p", { class: "soft" }, verdictSentence(null)),
     checks.length > 0 && h("ul", null, checks.map((check) => h("li", null, chip(check.status), h("span", null, check.words, check.severity === "warning" ? " (a warning)" : "")))));
 }

@@ -68,11 +68,25 @@ export class ViewerCard {
       this.noteSize();
       this.legend.take(this.preview, thresholdOf(this.report));
       this.colour("deviation");
+      this.markFarthest();
       this.view.dataset.ready = "true";
     } catch (error) {
       this.say(`The meshes cannot be shown: ${error.message}`);
     }
     return undefined;
+  }
+
+  /** Mark the point that is proven to be farthest, until somebody chooses another place. */
+  markFarthest() {
+    const farthest = this.report.deviation?.max;
+    if (!(farthest?.upper > 0)) return;
+    const at = this.into(farthest.at);
+    this.viewer.mark(at, at);
+  }
+
+  into(point) {
+    const { centre } = this.report.frame;
+    return point.map((value, axis) => (value - centre[axis]) / this.radius);
   }
 
   say(text) {
@@ -146,16 +160,18 @@ export class ViewerCard {
   }
 
   places() {
-    const { centre } = this.report.frame;
-    const into = (point) => point.map((value, axis) => (value - centre[axis]) / this.radius);
-    const points = this.report.quality.worst_points;
+    const farthest = this.report.deviation?.max;
+    const proven = farthest?.upper > 0
+      ? [{ on: "proven", position: farthest.at, closest: farthest.at, distance: farthest.upper }]
+      : [];
+    const points = [...proven, ...this.report.quality.worst_points];
     const buttons = points.map((point, index) => h("button", {
       type: "button", "aria-pressed": "false", onclick: (event) => {
         for (const button of buttons) button.setAttribute("aria-pressed", String(button === event.currentTarget));
-        this.viewer?.show(into(point.position), into(point.closest));
+        this.viewer?.show(this.into(point.position), this.into(point.closest));
       },
-    }, h("span", { class: "rank" }, String(index + 1)),
-    h("span", null, point.on === "mesh" ? "on the mesh" : "on the reference"),
+    }, h("span", { class: "rank" }, point.on === "proven" ? "✓" : String(index + 1 - proven.length)),
+    h("span", null, { proven: "farthest, proven", mesh: "on the mesh" }[point.on] ?? "on the reference"),
     h("span", { class: "far" }, number(point.distance * this.radius)),
     h("span", { class: "where" }, `at ${point.position.map((value) => number(value)).join(", ")}`)));
     return h("div", { class: "side" },

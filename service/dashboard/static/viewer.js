@@ -115,6 +115,12 @@ export class Viewer {
 
   /** Mark a point and the closest one of the other surface, and fly there. */
   show(point, closest) {
+    this.mark(point, closest);
+    this.orbit.flyTo(point);
+  }
+
+  /** Mark a point, with a line to another; what was marked before is marked no more. */
+  mark(point, closest) {
     const { BufferAttribute, BufferGeometry, Line, LineBasicMaterial, Points, PointsMaterial } = this.THREE;
     for (const mark of this.marks) { mark.removeFromParent(); mark.geometry.dispose(); }
     const geometry = () => new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([...point, ...closest]), 3));
@@ -127,7 +133,6 @@ export class Viewer {
       scene.add(dot, line);
       return [dot, line];
     });
-    this.orbit.flyTo(point);
   }
 
   /** The panes in CSS pixels: which surface, the rectangle it is drawn for, the one it shows in. */

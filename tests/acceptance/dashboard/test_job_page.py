@@ -116,6 +116,19 @@ def test_the_verdict_is_said_in_words(job_page: Page) -> None:
     expect(row).to_contain_text("pass")
 
 
+def test_what_is_proven_is_stated_and_its_farthest_point_is_a_place(
+    job_page: Page, client: Client, refined: Job
+) -> None:
+    report = client.report(refined.id)
+    statement = report["statement"]
+
+    expect(job_page.get_by_test_id("statement")).to_have_text(f"E{statement[1:]}.")
+    expect(job_page.locator("tr[data-metric='deviation.max']")).to_contain_text(" to ")
+    place = job_page.get_by_role("button", name=re.compile("farthest, proven"))
+    place.click()
+    expect(place).to_have_attribute("aria-pressed", "true")
+
+
 def test_the_refined_mesh_downloads_under_its_name(
     job_page: Page, client: Client, refined: Job
 ) -> None:

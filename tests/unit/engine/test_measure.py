@@ -56,7 +56,7 @@ def test_every_metric_says_what_it_is_and_how_it_was_sampled(sampling: str) -> N
 
     conventions = report(rough(), smooth(), **options).quality.conventions
 
-    assert conventions.metrics.keys() == {*Metrics.model_fields, "color_difference"}
+    assert conventions.metrics.keys() == {*Metrics.model_fields, "color_difference", "deviation"}
     for name, samples in {"chamfer": 1000, "emd": 64, "curvature_error": 64}.items():
         found = conventions.metrics[name]
         assert (found.samples, found.seed, found.reference_seed) == (samples, 5, 6)
