@@ -14,7 +14,8 @@ from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
 from meshcone.notices import Code, Notice, Side, WarningRecord
 from meshcone.options import Options
-from meshcone.quality.records import Validity
+from meshcone.quality.parts import Partition
+from meshcone.quality.records import Division, Validity
 from meshcone.report.data_checks import data_warnings
 from meshcone.report.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
 from meshcone.surface import Frame, Mesh
@@ -121,6 +122,12 @@ class Pair:
     def paints(self) -> tuple[Paint, Paint]:
         """The colours of source and reference."""
         return Paint(self.source_asset), Paint(self.reference_asset)
+
+    def partitions(self, by: Division | None) -> tuple[Partition, Partition] | None:
+        """The parts of source and reference; None where nobody asks for them."""
+        if by is None:
+            return None
+        return Partition(*self.source_asset.parts(by)), Partition(*self.reference_asset.parts(by))
 
     def warnings(self, source: Validity, reference: Validity) -> list[WarningRecord]:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.

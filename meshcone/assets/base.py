@@ -20,6 +20,13 @@ from meshcone.notices import Notice
 from meshcone.options import Options, SelectOptions
 
 _DEFAULT = WritePolicy()
+# The divisions of a file that answer for a kind of part, the first that it has.
+_DIVISIONS = {
+    "node": ("nodes", "meshes", "groups"),
+    "mesh": ("meshes", "groups"),
+    "material": ("materials",),
+    "group": ("groups", "meshes"),
+}
 
 
 @dataclass(frozen=True)
@@ -195,6 +202,23 @@ class Asset(abc.ABC):
 
     @abc.abstractmethod
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes: ...
+
+    def parts(self, by: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+        """The parts of the surface, by node, mesh, material or group.
+
+        A format that has no such division is divided by the nearest one that it has: objects
+        of an OBJ are its nodes and meshes, and its groups where it has no objects. What has
+        none is one part without a name.
+
+        Returns:
+            The parts' names, and (m,) the part of each face.
+        """
+        divisions = self._divisions()
+        found = [divisions[name] for name in _DIVISIONS[by] if name in divisions]
+        named = next((each for each in found if each.names), None)
+        if named is None:
+            return ("",), np.zeros(len(self.faces), dtype=np.int64)
+        return named.part_names(), named.labels
 
     def _divisions(self) -> dict[str, Division]:
         """The ways the file is divided, by the name of their option."""

@@ -32,6 +32,20 @@ class Division:
     parts: tuple[tuple[int, ...], ...]
     labels: NDArray[np.int64]
 
+    def part_names(self) -> tuple[str, ...]:
+        """What each part is called: its elements' names, or numbers where they have none.
+
+        A node's name follows those of the nodes above it. Of several parts with one name, the
+        second is called ``name (2)``.
+        """
+        counts: dict[str, int] = {}
+        told = []
+        for part in self.parts:
+            name = "/".join(self.names[each] or f"#{each}" for each in reversed(part))
+            counts[name] = counts.get(name, 0) + 1
+            told.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
+        return tuple(told)
+
     def meant_by(self, key: str | int) -> set[int]:
         """Elements that an index, a name, or a pattern with ``*``, ``?`` and ``[…]`` means."""
         if isinstance(key, int):

@@ -18,10 +18,13 @@ _DISTANCES = frozenset(
     }
 )
 _SIZES = frozenset({"size.width", "size.height", "size.depth", "size.diagonal"})
+_DIRECTED = frozenset({"mean", "rms", "p5", "p95", "max", "upper"})
 
 
 def is_distance(key: str) -> bool:
     """Whether the value a gate names is a distance, relative to the radius."""
+    if key.startswith("quality.directions."):
+        return key.rpartition(".")[2] in _DIRECTED
     for section in ("quality.input.", "quality.refined.", "quality.floor."):
         key = key.removeprefix(section)
     return key.partition(".")[0] in _DISTANCES and not key.endswith("_model")

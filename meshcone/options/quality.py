@@ -26,6 +26,16 @@ class QualityOptions(Section):
         le=20_000,
         description="samples per surface for the curvature error, of the others",
     )
+    bound: float | None = Field(
+        None,
+        ge=1e-9,
+        le=1e6,
+        description="a distance, relative to the radius: quality.directions states the share of "
+        "the area that is farther",
+    )
+    per: Literal["node", "mesh", "material", "group"] | None = Field(
+        None, description="state distances of each node, mesh, material or group too"
+    )
     intersection_pairs: int = Field(
         5_000_000,
         ge=0,

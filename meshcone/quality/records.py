@@ -131,6 +131,76 @@ class WorstPoint(_Record):
     distance: float = Field(description="between the two, relative to the radius")
 
 
+class Directed(_Record):
+    """Distances of samples of one surface to the other surface, relative to the radius."""
+
+    mean: float
+    rms: float
+    p95: float
+    max: float = Field(description="of samples and vertices: a lower bound of the largest there is")
+    at: tuple[float, float, float] = Field(description="the point that far away, in model units")
+    beyond_percent: float = Field(description="share of the area farther than 1 % of the radius")
+    beyond_permille: float = Field(description="share of the area farther than .1 % of the radius")
+    beyond_bound: float | None = Field(
+        description="share of the area farther than the option `quality.bound`; null without one"
+    )
+
+
+class SignedDistances(_Record):
+    """Distances of the mesh's samples to the reference, negative inside; relative to the radius."""
+
+    mean: float
+    p5: float = Field(description="5th percentile: how far the mesh lies inside")
+    p95: float = Field(description="95th percentile: how far it lies outside")
+
+
+class Histogram(_Record):
+    """Shares of the area by distance, in 64 bins of equal width that begin at 0."""
+
+    upper: float = Field(description="end of the last bin, relative to the radius")
+    missing: tuple[float, ...] = Field(description="of the reference; empty where it has no part")
+    extra: tuple[float, ...] = Field(description="of the mesh; empty where it has no part")
+
+
+class Directions(_Record):
+    """What point_to_surface means, each way apart, of the mesh judged last: refined or input."""
+
+    missing: Directed = Field(description="from the reference to the mesh: what the mesh lacks")
+    extra: Directed = Field(description="from the mesh to the reference: what it has besides")
+    signed: SignedDistances | None = Field(
+        description="null where the reference is not closed, or its faces are not turned alike: "
+        "it has no inside"
+    )
+    histogram: Histogram
+
+
+Division = Literal["node", "mesh", "material", "group"]
+
+
+class Part(_Record):
+    """One node, mesh, material or group against all of the other surface."""
+
+    name: str = Field(description="of a node with those above it; empty for what is in no part")
+    found: Literal["both", "missing", "extra"] = Field(
+        description="missing: the mesh has nothing where the reference has this part; extra: the "
+        "reference has nothing where the mesh has it"
+    )
+    missing: Directed | None = Field(description="null where the reference has no part so named")
+    extra: Directed | None = Field(description="null where the mesh has no part so named")
+    signed: SignedDistances | None
+    histogram: Histogram
+
+
+class PerPart(_Record):
+    """The directions again, of each part."""
+
+    by: Division
+    count: int = Field(description="parts there are, of either file")
+    missing: int = Field(description="parts of the reference that the mesh lacks")
+    extra: int = Field(description="parts of the mesh that the reference lacks")
+    parts: tuple[Part, ...] = Field(description="up to 200, the worst first")
+
+
 class Quality(_Record):
     """The metric set of input, refined mesh and floor, under one sampling."""
 
@@ -142,4 +212,8 @@ class Quality(_Record):
         description="up to ten places where refined mesh, or input, and reference are farthest "
         "apart, the worst first"
     )
+    directions: Directions | None = Field(
+        None, description="absent from reports before meshcone.report/2"
+    )
+    per: PerPart | None = Field(None, description="absent unless the option `quality.per` is set")
     conventions: Conventions

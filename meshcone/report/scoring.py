@@ -10,8 +10,10 @@ from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
 from meshcone.quality.deviation.bars import bars_of
 from meshcone.quality.deviation.proving import ProvenDeviation, prove_deviation
+from meshcone.quality.directions import directions
 from meshcone.quality.metrics import compare
-from meshcone.quality.records import Baselines, Metrics, Quality
+from meshcone.quality.parts import Partition, PartSamples, distances_per_part
+from meshcone.quality.records import Baselines, Metrics, PerPart, Quality
 from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.quality.validity import inspect
 from meshcone.quality.worst_points import worst_points
@@ -35,6 +37,7 @@ class Scorer:
         reference: Mesh,
         options: Options,
         collapsed: tuple[int, int] = (0, 0),
+        partitions: tuple[Partition, Partition] | None = None,
     ) -> None:
         """Score the source and find the floor.
 
@@ -44,8 +47,10 @@ class Scorer:
             options: ``quality``, ``seed`` and ``baselines`` are read.
             collapsed: faces that the files of source and reference list and the meshes do not
                 have, because corners of theirs are at one place.
+            partitions: the parts of source and reference, if they are to be told apart.
         """
         self._source, self._options = source, options
+        self._partitions = partitions
         self._collapsed, collapsed_reference = collapsed
         self._paints: tuple[Paint, Paint] | None = None
         self._watch = Stopwatch()
@@ -75,12 +80,22 @@ class Scorer:
         """
         with self._watch.stage("worst_points"):
             worst = worst_points(self._judged, self._reference, frame)
+        with self._watch.stage("directions"):
+            found = directions(
+                self._judged,
+                self._reference,
+                frame,
+                self._options.quality.bound,
+                closed=self._closed is not None,
+            )
         return Quality(
             input=self.input,
             refined=refined,
             floor=self.floor,
             baselines=self._baselines() if self._options.baselines else None,
             worst_points=worst,
+            directions=found,
+            per=self._per(frame),
             conventions=conventions(self._sampling, self._options.seed, self._reference_seed),
         )
 
@@ -143,6 +158,30 @@ class Scorer:
     @property
     def _reference_seed(self) -> int:
         return self._options.seed + 1
+
+    @property
+    def _closed(self) -> Mesh | None:
+        """The reference, if it has an inside."""
+        validity = self.floor.validity
+        oriented = validity.watertight and not validity.opposed_edges
+        return self._reference.mesh if oriented else None
+
+    def _per(self, frame: Frame) -> PerPart | None:
+        by = self._options.quality.per
+        if by is None or self._partitions is None:
+            return None
+        mine, others = self._partitions
+        with self._watch.stage("parts"):
+            judged, reference = self._judged, self._reference
+            samples = self._options.quality.samples
+            return distances_per_part(
+                by,
+                PartSamples.of(judged.mesh, mine, reference.tree, samples),
+                PartSamples.of(reference.mesh, others, judged.tree, samples),
+                frame,
+                self._options.quality.bound,
+                self._closed,
+            )
 
     def _baselines(self) -> Baselines:
         closest_point, laplacian = (

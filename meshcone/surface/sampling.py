@@ -30,7 +30,11 @@ class SurfaceSamples:
 
 
 def sample_surface(
-    mesh: Mesh, count: int, seed: int, method: SamplingMethod = "sobol"
+    mesh: Mesh,
+    count: int,
+    seed: int,
+    method: SamplingMethod = "sobol",
+    along: Floats | None = None,
 ) -> SurfaceSamples:
     """Draw ``count`` points distributed uniformly over the mesh's area.
 
@@ -41,8 +45,12 @@ def sample_surface(
         method: ``sobol`` draws from a scrambled Sobol sequence, whose means over the
             surface vary less between seeds; ``random`` draws independently, as the
             literature's metrics do.
+        along: (count,) ascending shares of the area, in the order of the faces, at which the
+            points are to lie; by default they are drawn too.
     """
     uniform = _unit_cube(count, seed, method)
+    if along is not None:
+        uniform = np.column_stack([along, uniform[:, 1:]])
     cumulative = np.cumsum(mesh.face_areas)
     faces = np.searchsorted(cumulative, uniform[:, 0] * cumulative[-1], side="right")
     faces = np.minimum(faces, len(mesh.faces) - 1)

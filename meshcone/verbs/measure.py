@@ -56,7 +56,13 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
-        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
+        scorer = Scorer(
+            pair.source,
+            pair.reference,
+            options,
+            pair.collapsed,
+            pair.partitions(options.quality.per),
+        )
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
         proven = scorer.deviation(pair.frame)

@@ -114,7 +114,13 @@ def refine(
         written = _write(pair, solved)
     tracker.enter("quality")
     with watch.stage("quality"):
-        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed)
+        scorer = Scorer(
+            pair.source,
+            pair.reference,
+            options,
+            pair.collapsed,
+            pair.partitions(options.quality.per),
+        )
         after = scorer.refined(pair.source.moved_to(written.positions))
         proven = scorer.deviation(pair.frame)
         report = _report(pair, scorer, options, problem, solved, written, after, proven)

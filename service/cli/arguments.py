@@ -27,9 +27,21 @@ Assignments = Annotated[
     ),
 ]
 
+Per = Annotated[
+    str | None,
+    typer.Option(
+        "--per",
+        metavar="KIND",
+        help="Distances of each part too: node, mesh, material or group.",
+        show_default=False,
+    ),
+]
 
-def options_from(assignments: list[str] | None, formulation: str | None = None) -> Options:
-    """The options that ``--set`` and ``--formulation`` ask for.
+
+def options_from(
+    assignments: list[str] | None, formulation: str | None = None, per: str | None = None
+) -> Options:
+    """The options that ``--set``, ``--formulation`` and ``--per`` ask for.
 
     Raises:
         InputError: one of them does not exist or is out of range.
@@ -37,4 +49,6 @@ def options_from(assignments: list[str] | None, formulation: str | None = None) 
     document = parse_assignments(assignments or ())
     if formulation is not None:
         document["formulation"] = formulation
+    if per is not None:
+        document["quality"] = {**document.get("quality", {}), "per": per}
     return parse_options(document)

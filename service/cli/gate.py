@@ -11,7 +11,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.outputs import require_places, write_together
-from service.cli.arguments import Assignments, options_from
+from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
 from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
 
@@ -90,6 +90,7 @@ def command(
         int | None,
         typer.Option(min=1, max=256, help="Pairs at a time. [default: one for each processor]"),
     ] = None,
+    per: Per = None,
     assignments: Assignments = None,
 ) -> int:
     """Hold meshes against their references and gates.
@@ -118,7 +119,7 @@ def command(
         raise InputError("--gates is missing: name the file with the gates to pass, or a --profile")
     pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always=set(choice.files()))
     require_places(wanted.values(), (file for pair in pairs for file in pair.files()))
-    work = _jobs(pairs, choice, _options(assignments), refine, "html" in wanted, label)
+    work = _jobs(pairs, choice, _options(assignments, per), refine, "html" in wanted, label)
     if server is None and html_file is None:
         work = [job.at_least_cost() for job in work]
     if not work:
@@ -146,8 +147,8 @@ def _print(name: str | None) -> int:
     return 0
 
 
-def _options(assignments: list[str] | None) -> Options:
-    options = options_from(assignments)
+def _options(assignments: list[str] | None, per: str | None) -> Options:
+    options = options_from(assignments, per=per)
     if options.model_fields_set & {"mode", "gates"}:
         raise InputError("'mode' and 'gates' are set by --refine and --gates here")
     return options

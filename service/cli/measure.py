@@ -8,7 +8,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.local_files import read_local
-from service.cli.arguments import Assignments, Reference, Source, options_from
+from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def command(
     schema: Schema = None,
     product: Product = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
+    per: Per = None,
     assignments: Assignments = None,
 ) -> int:
     """Measure SOURCE against REFERENCE; nothing is moved.
@@ -36,7 +37,7 @@ def command(
     Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
     file cannot be used, 3 after a fault of MeshCone's own.
     """
-    options = options_from(assignments)
+    options = options_from(assignments, per=per)
     table = GateChoice(gates, profile, schema, product).for_file(source, "measure")
     if table and options.gates:
         raise InputError("'gates' are set twice, by --set and by a file, profile or schema")
@@ -59,6 +60,7 @@ def _print_table(report: MeasureReport) -> None:
 
     from meshcone.gates.words import label
     from service.cli.metrics_table import metrics_table
+    from service.cli.parts_table import parts_table
 
     document = report.model_dump(mode="json")
     sampling = document["quality"]["conventions"]
@@ -66,6 +68,8 @@ def _print_table(report: MeasureReport) -> None:
     if report.statement is not None:
         console.print(report.statement, markup=False)
     console.print(metrics_table(document))
+    if document["quality"]["per"] is not None:
+        console.print(parts_table(document["quality"]["per"]))
     radius = f"radius         {report.frame.radius:.6g} in the unit of the files"
     seeds = sampling["metrics"]["chamfer"]
     lines = [

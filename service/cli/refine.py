@@ -10,7 +10,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.outputs import certificate_path
-from service.cli.arguments import Assignments, Reference, Source, options_from
+from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.progress_bar import progress_bar
 
 
@@ -39,6 +39,7 @@ def command(
     quiet: Annotated[
         bool, typer.Option("-q", "--quiet", help="Say nothing of what came of it.")
     ] = False,
+    per: Per = None,
     assignments: Assignments = None,
 ) -> None:
     """Refine SOURCE towards REFERENCE."""
@@ -46,7 +47,7 @@ def command(
     from meshcone.library.inputs import load_unread
     from meshcone.library.results import require_saveable
 
-    options = options_from(assignments, formulation)
+    options = options_from(assignments, formulation, per)
     if options.mode != "refine":
         raise InputError(
             f"the mode '{options.mode}' is for jobs: use `meshcone {options.mode}` here"
@@ -80,5 +81,11 @@ def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
         typer.echo(report["statement"])
     typer.echo(outcome_line(report))
     typer.echo(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
+    if quality["per"] is not None:
+        from rich.console import Console
+
+        from service.cli.parts_table import parts_table
+
+        Console(soft_wrap=True, highlight=False).print(parts_table(quality["per"]))
     typer.echo(f"certificate    {proof}")
     typer.echo(f"files          {', '.join(map(str, written))}")

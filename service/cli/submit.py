@@ -10,7 +10,7 @@ import typer
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
-from service.cli.arguments import Assignments, Reference, Source, options_from
+from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def command(
             show_default=False,
         ),
     ] = None,
+    per: Per = None,
     assignments: Assignments = None,
 ) -> None:
     """Send SOURCE and REFERENCE to a service.
@@ -55,7 +56,7 @@ def command(
     It waits for what --out and --report are to hold. Without either it prints where the job
     is and waits for nothing. An API key is taken from MESHCONE_API_KEY.
     """
-    options = options_from(assignments)
+    options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
     listed = options.cones.pin.vertices_file

@@ -1,5 +1,6 @@
 // Everything a report says, the same on a job's page and in a report.html.
 
+import { directionsCard } from "meshcone/directions";
 import { h } from "meshcone/dom";
 import { number, seconds } from "meshcone/format";
 import { chip, outcomeSentence, verdictSentence } from "meshcone/job-words";
@@ -62,6 +63,7 @@ export function reportSections(report, { files, loadPreview, loadWhole, loadPict
     viewer?.element,
     loadPictures && picturesCard(report, loadPictures),
     metricsTable(report),
+    directionsCard(report),
     ...(report.solver ? solverPanel(report, files) : []),
     warnings(report),
     inputsCard(report),

@@ -16,6 +16,7 @@ from meshcone.quality.sampled import Sampling
 from meshcone.report.report import MeasureReport, Report
 from meshcone.verbs.measure import measure
 from tests import shapes
+from tests.truck import truck_obj
 from tests.unit.gates.reports import RADIUS, measured, reference, refined, spiked
 
 HEIGHT = 0.2  # model units
@@ -222,3 +223,25 @@ def test_distances_are_the_metrics_whose_unit_is_the_radius() -> None:
     assert {key for key in found if is_distance(key)} == {
         key for key, convention in found.items() if convention.unit == "radius"
     }
+
+
+def test_each_direction_has_gates_in_model_units() -> None:
+    report = measured(spiked(HEIGHT)[0])
+
+    found = check(report, "quality.directions.extra.max", max_model=0.1)
+
+    assert found.status == "fail"
+    assert found.value == pytest.approx(HEIGHT, rel=1e-3)
+
+
+def test_the_number_of_missing_parts_has_a_gate() -> None:
+    options = parse_options({"quality": {"per": "node", "samples": 200, "emd_samples": 16}})
+    source = MeshFile("truck.obj", truck_obj(without=["wheel_front_left"]))
+    report = measure(source, MeshFile("master.obj", truck_obj()), options)
+
+    assert check(report, "quality.per.missing", max=0).status == "fail"
+    assert check(report, "quality.per.extra", max=0).status == "pass"
+
+
+def test_without_parts_their_gate_is_not_tested(report: MeasureReport) -> None:
+    assert check(report, "quality.per.missing", max=0).status == "not_tested"

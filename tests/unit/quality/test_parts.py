@@ -1,0 +1,153 @@
+"""Distances of each part of two surfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshcone.assets import read_asset
+from meshcone.files import MeshFile
+from meshcone.options import parse_options
+from meshcone.quality.parts import LISTED, Partition, PartSamples, distances_per_part
+from meshcone.quality.records import Part, PerPart
+from meshcone.surface import Frame, Mesh, SurfaceTree
+from meshcone.verbs.measure import measure
+from tests import shapes
+from tests.truck import truck_mesh, truck_obj
+
+FRAME = Frame(np.zeros(3), 1.0)
+WHOLE = {"samples": 500, "emd_samples": 16}
+
+
+def per_part(mesh: bytes, reference: bytes, by: str = "node") -> PerPart:
+    options = parse_options({"mode": "measure", "quality": {**WHOLE, "per": by}})
+    per = measure(MeshFile("a.obj", mesh), MeshFile("b.obj", reference), options).quality.per
+    assert per is not None
+    return per
+
+
+def part(per: PerPart, name: str) -> Part:
+    [found] = [each for each in per.parts if each.name == name]
+    return found
+
+
+def test_a_wheel_that_is_not_there_is_missing_and_comes_first() -> None:
+    per = per_part(truck_obj(without=["wheel_front_left"]), truck_obj())
+
+    assert (per.count, per.missing, per.extra) == (5, 1, 0)
+    assert (per.parts[0].name, per.parts[0].found) == ("wheel_front_left", "missing")
+    assert per.parts[0].extra is None
+    assert [each.found for each in per.parts[1:]] == ["both"] * 4
+
+
+def test_a_wheel_that_the_reference_lacks_is_extra() -> None:
+    per = per_part(truck_obj(), truck_obj(without=["wheel_back_right"]))
+
+    assert part(per, "wheel_back_right").found == "extra"
+    assert (per.missing, per.extra) == (0, 1)
+
+
+def test_a_part_with_another_name_is_not_missing() -> None:
+    renamed = truck_obj().replace(b"o wheel_front_left", b"o front_left")
+
+    per = per_part(renamed, truck_obj())
+
+    assert (per.missing, per.extra) == (0, 0)
+    assert part(per, "front_left").missing is None
+    assert part(per, "wheel_front_left").extra is None
+
+
+def test_only_the_part_that_is_off_is_told_to_be() -> None:
+    moved = truck_mesh("wheel_back_left").vertices + np.array([0, 0.1, 0])
+
+    per = per_part(truck_obj(instead={"wheel_back_left": moved}), truck_obj())
+
+    assert per.parts[0].name == "wheel_back_left"
+    assert all(each.extra is not None and each.extra.max < 1e-6 for each in per.parts[1:])
+
+
+def test_every_part_is_sampled_however_small() -> None:
+    vertices, faces = shapes.sphere(3, 1.0)
+    speck = vertices[faces[0]] * 1e-3
+    corners = len(vertices) + np.arange(3)
+    mesh = Mesh(np.concatenate([vertices, speck]), np.concatenate([faces, corners[None]]))
+    labels = np.zeros(len(mesh.faces), dtype=np.int64)
+    labels[-1] = 1
+
+    samples = PartSamples.of(mesh, Partition(("ball", "speck"), labels), SurfaceTree(mesh), 100)
+
+    assert samples.sampled.tolist() == [356, 256]
+    points, distances, count = samples.of_part(1)
+    assert count == 256
+    assert np.abs(points).max() <= 1e-3
+    assert np.array_equal(points[256:], speck)
+    assert distances.max() < 1e-12
+
+
+def test_the_samples_of_a_part_lie_on_its_faces() -> None:
+    mesh = Mesh(*shapes.sphere(2, 1.0))
+    labels = np.arange(len(mesh.faces)) % 7
+
+    samples = PartSamples.of(mesh, Partition(tuple("abcdefg"), labels), SurfaceTree(mesh), 700)
+
+    for number in range(7):
+        points, _, count = samples.of_part(number)
+        own = SurfaceTree(Mesh(mesh.vertices, mesh.faces[labels == number]))
+        assert count >= 256
+        assert own.closest(points).distances.max() < 1e-12
+
+
+def test_a_part_without_area_is_no_part() -> None:
+    mesh = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 1, 1]]))
+    samples = PartSamples.of(
+        mesh, Partition(("whole", "flat"), np.array([0, 1])), SurfaceTree(mesh), 10
+    )
+
+    per = distances_per_part("node", samples, samples, FRAME, None, None)
+
+    assert [each.name for each in per.parts] == ["whole"]
+
+
+def test_of_thousands_of_parts_the_worst_are_listed() -> None:
+    vertices, faces = shapes.sphere(3, 1.0)
+    mesh = Mesh(vertices, faces)
+    names = Partition(tuple(map(str, range(len(faces)))), np.arange(len(faces)))
+    off = mesh.moved_to(vertices + np.array([0.3, 0, 0]))
+
+    per = distances_per_part(
+        "mesh",
+        PartSamples.of(off, names, SurfaceTree(mesh), 10),
+        PartSamples.of(mesh, names, SurfaceTree(off), 10),
+        FRAME,
+        None,
+        None,
+    )
+
+    assert (per.count, len(per.parts)) == (len(faces), LISTED)
+    means = [
+        max(each.missing.mean, each.extra.mean) for each in per.parts if each.missing and each.extra
+    ]
+    assert means == sorted(means, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("by", "names"),
+    [
+        ("node", ("left", "right")),
+        ("group", ("a", "b")),
+        ("material", ("red",)),
+    ],
+)
+def test_an_obj_is_divided_by_its_statements(by: str, names: tuple[str, ...]) -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\no left\ng a\nf 1 2 3\no right\ng b\nf 3 2 1\n"
+
+    found, labels = read_asset("two.obj", text.encode()).parts(by)
+
+    assert {found[label] for label in labels} == set(names)
+
+
+def test_a_mesh_without_parts_is_one_part_without_a_name() -> None:
+    names, labels = read_asset("ball.obj", shapes.obj(*shapes.sphere(1))).parts("material")
+
+    assert names == ("",)
+    assert not labels.any()
