@@ -8,7 +8,7 @@ import numpy as np
 
 from meshcone.appearance.paint import Paint
 from meshcone.assets import Asset, read_asset
-from meshcone.assets.policy import WritePolicy
+from meshcone.assets.policy import PosePolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
@@ -36,6 +36,7 @@ class Pair:
         alignment: how the source was brought to the reference first, if it was; the file
             that is written stays where the source was.
         policy: how the source is written back; None if it is not.
+        pose: whether skins and morph targets are read at rest or as they are bound.
     """
 
     source_file: MeshFile
@@ -47,6 +48,7 @@ class Pair:
     frame: Frame
     alignment: Alignment | None = None
     policy: WritePolicy | None = None
+    pose: PosePolicy = "rest"
 
     def under(self, options: Options) -> Pair:
         """Settle how the source will be written, and what of it may move.
@@ -183,7 +185,7 @@ class Pair:
         Raises:
             InputError, LimitError: it cannot be read.
         """
-        return read_asset(self.source_asset.name, data, self.source_file.resources)
+        return read_asset(self.source_asset.name, data, self.source_file.resources, pose=self.pose)
 
     def written_positions(self, written: Asset) -> Floats:
         """Take the source's positions from a patched copy.
@@ -212,14 +214,20 @@ class Pair:
         return positions, seam
 
 
-def read_pair(source: MeshFile, reference: MeshFile) -> Pair:
+def read_pair(source: MeshFile, reference: MeshFile, pose: PosePolicy = "rest") -> Pair:
     """Read both files.
+
+    Args:
+        source: the mesh.
+        reference: what it should have been.
+        pose: whether skins and morph targets are read at rest or as they are bound.
 
     Raises:
         InputError, LimitError: from the readers, or a surface without area.
     """
-    source_asset = read_asset(source.name, source.data, source.resources)
-    reference_asset = read_asset(reference.name, reference.data, reference.resources)
+    source_asset, reference_asset = (
+        read_asset(file.name, file.data, file.resources, pose=pose) for file in (source, reference)
+    )
     model = Mesh(reference_asset.vertices, reference_asset.faces)
     for asset, mesh in (
         (source_asset, Mesh(source_asset.vertices, source_asset.faces)),
@@ -236,6 +244,7 @@ def read_pair(source: MeshFile, reference: MeshFile) -> Pair:
         source=Mesh(frame.into(source_asset.vertices), source_asset.faces),
         reference=Mesh(frame.into(model.vertices), model.faces),
         frame=frame,
+        pose=pose,
     )
 
 

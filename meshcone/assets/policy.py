@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 NormalsPolicy = Literal["recompute", "keep"]
 InstancesPolicy = Literal["refuse", "split"]
 DracoPolicy = Literal["plain", "encode"]
+PosePolicy = Literal["rest", "bind"]
 
 
 @dataclass(frozen=True, eq=False)

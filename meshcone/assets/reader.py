@@ -12,6 +12,7 @@ from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
 from meshcone.assets.pointers import refuse_pointer
+from meshcone.assets.policy import PosePolicy
 from meshcone.errors import InputError
 from meshcone.settings import load_settings
 
@@ -38,6 +39,7 @@ def read_asset(
     data: bytes,
     resources: Mapping[str, bytes] | None = None,
     limits: Limits | None = None,
+    pose: PosePolicy = "rest",
 ) -> Asset:
     """Read a mesh file.
 
@@ -46,6 +48,8 @@ def read_asset(
         data: the file's bytes.
         resources: the files a glTF names, by the names it uses for them.
         limits: caps on sizes; by default those of the environment.
+        pose: whether the skins and morph targets of a glTF show their ``rest``, as viewers do
+            before anything is animated, or are passed over (``bind``).
 
     Raises:
         InputError: the file is not a mesh, is damaged, or uses what is not supported,
@@ -57,18 +61,20 @@ def read_asset(
     with naming(name):
         total = len(data) + sum(map(len, resources.values()))
         limits.check("file_bytes", total, "bytes")
-        return _dispatch(name, data, resources, limits)
+        return _dispatch(name, data, resources, limits, pose)
 
 
-def _dispatch(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> Asset:
+def _dispatch(
+    name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits, pose: PosePolicy
+) -> Asset:
     refuse_pointer(data)
     if not data.strip(b"\x00 \t\r\n"):
         raise InputError(f"the file is empty{_other_kind(name)}; expected {_ACCEPTED}")
     if data.startswith(b"glTF"):
-        return read_glb(name, data, resources, limits)
+        return read_glb(name, data, resources, limits, pose)
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith(b"{"):
-        return read_gltf(name, data, resources, limits)
+        return read_gltf(name, data, resources, limits, pose)
     suffix = _suffix(name)
     if foreign := recognise_foreign(suffix, data):
         return read_foreign(name, foreign, data, limits)

@@ -18,6 +18,7 @@ class OptionKeywords(TypedDict, total=False):
     align: Literal["none", "rigid", "similarity"]
     normals: Literal["recompute", "keep"]
     instances: Literal["refuse", "split"]
+    pose: Literal["rest", "bind"]
     draco: Literal["plain", "encode"]
     select: Mapping[str, Any]
     seed: int

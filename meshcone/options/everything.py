@@ -63,6 +63,11 @@ class Options(Section):
         description="what happens to a mesh that several nodes of a glTF use, and to vertex "
         "data that several meshes share: refuse, or split into copies",
     )
+    pose: Literal["rest", "bind"] = Field(
+        "rest",
+        description="where the skins and morph targets of a glTF are read and refined: at rest, as "
+        "viewers show them before anything is animated, or as they are bound",
+    )
     draco: Literal["plain", "encode"] = Field(
         "plain",
         description="how what was compressed with Draco is written: as plain buffers, or "

@@ -64,7 +64,7 @@ def _alone(
     file: MeshFile, options: Options, watch: Stopwatch
 ) -> tuple[Audited, list[WarningRecord]]:
     with watch.stage("read"):
-        asset = read_asset(file.name, file.data, file.resources)
+        asset = read_asset(file.name, file.data, file.resources, pose=options.pose)
         mesh = Mesh(asset.vertices, asset.faces)
         if not mesh.face_areas.sum() > 0:
             raise InputError("every face is without area", file=asset.name)
@@ -79,7 +79,7 @@ def _beside(
     source: MeshFile, reference: MeshFile, options: Options, watch: Stopwatch
 ) -> tuple[Audited, Audited, list[WarningRecord]]:
     with watch.stage("read"):
-        pair = read_pair(source, reference)
+        pair = read_pair(source, reference, options.pose)
     with watch.stage("quality"):
         found, held = (
             inspect(mesh, options.quality.intersection_pairs, collapsed=collapsed)

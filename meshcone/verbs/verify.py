@@ -64,7 +64,7 @@ def verify(
         InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
     stored = read_certificate(certificate.data, certificate.name)
-    pair = read_pair(source, reference).under(report.options)
+    pair = read_pair(source, reference, report.options.pose).under(report.options)
     checks = [
         *identity_checks(report, stored.document, source, reference, refined),
         settings_check(report.options),

@@ -11,7 +11,7 @@ from meshcone.assets.base import Asset, naming
 from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
 from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.container import Container, split_glb
+from meshcone.assets.gltf.container import split_glb
 from meshcone.assets.gltf.content import read_content
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
@@ -26,25 +26,38 @@ from meshcone.assets.gltf.shading import write_shading
 from meshcone.assets.gltf.split import split_shared
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
-from meshcone.assets.policy import DracoPolicy, WritePolicy
+from meshcone.assets.policy import DracoPolicy, PosePolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError, InternalError
 from meshcone.notices import Code, Notice
 
 
-def read_glb(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
+def read_glb(
+    name: str,
+    data: bytes,
+    resources: Mapping[str, bytes],
+    limits: Limits,
+    pose: PosePolicy = "rest",
+) -> GltfAsset:
     """Read a GLB file. Raises as ``read_gltf`` does."""
-    return _read(name, data, split_glb(data, limits), resources, limits)
+    model = Model.read(data, split_glb(data, limits), resources, limits, pose)
+    return GltfAsset(name, data, model)
 
 
-def read_gltf(name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits) -> GltfAsset:
+def read_gltf(
+    name: str,
+    data: bytes,
+    resources: Mapping[str, bytes],
+    limits: Limits,
+    pose: PosePolicy = "rest",
+) -> GltfAsset:
     """Read a glTF file whose buffers are data URIs or among ``resources``.
 
     Raises:
         InputError: with a JSON pointer to what is malformed or not supported.
         LimitError: something is larger or deeper than ``limits`` accept.
     """
-    return _read(name, data, None, resources, limits)
+    return GltfAsset(name, data, Model.read(data, None, resources, limits, pose))
 
 
 _DRACO_CHANGES: dict[DracoPolicy, str] = {
@@ -160,16 +173,6 @@ class GltfAsset(Asset):
 
     def _divisions(self) -> dict[str, Division]:
         return scene_divisions(self._model.document.root, self._model.scene, self._surface.kept)
-
-
-def _read(
-    name: str,
-    data: bytes,
-    container: Container | None,
-    resources: Mapping[str, bytes],
-    limits: Limits,
-) -> GltfAsset:
-    return GltfAsset(name, data, Model.read(data, container, resources, limits))
 
 
 def _count(number: int, one: str, many: str) -> str:

@@ -20,6 +20,7 @@ from meshcone.assets.gltf.lenient import Lenient
 from meshcone.assets.gltf.materials import MaterialReader
 from meshcone.assets.gltf.motion import MotionReader
 from meshcone.assets.gltf.nodes import local_matrix
+from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.scene import PlacedPrimitive, Scene
 
 _MODES = ("points", "lines", "line loop", "line strip", "triangles", "strip", "fan")
@@ -204,10 +205,13 @@ class _Reader:
         attributes = Lenient(placed.primitive.element, self._faults).child("attributes")
         corners = placed.triangles - self._scene.blocks[placed.block].start
         vertices = placed.primitive.position.count
+        pose = self._scene.blocks[placed.block].pose
         for name in attributes.members() if attributes else ():
             if attributes is None or not name.startswith(_CORNER_ATTRIBUTES):
                 continue
             read = attributes.attempt(partial(self._values, name=name, vertices=vertices))
+            if read is not None and name == "NORMAL" and len(pose.matrices) > 1:
+                read = partial(_posed, read, pose)
             if read is not None:
                 yield name, Attribute(name, corners, read)
 
@@ -228,6 +232,13 @@ class _Reader:
             for each in self._root.children(array):
                 if each.extras is not None:
                     yield each.pointer, _digest(each.extras)
+
+
+def _posed(
+    read: Callable[[NDArray[np.int64]], NDArray[np.float64]], pose: Pose, rows: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(r, 3) normals as they are shown: joints have turned them."""
+    return pose.turn_normals(read(rows), rows)
 
 
 def _other_draws(nodes: tuple[Node, ...], meshes: tuple[Mesh, ...]) -> int:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessors
-from meshcone.assets.gltf.affine import restore_points
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, join_glb
 from meshcone.assets.gltf.document import Document, parse_document
@@ -19,6 +18,7 @@ from meshcone.assets.gltf.meshopt import expand
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
+from meshcone.assets.policy import PosePolicy
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,17 @@ class Model:
     accessors: Accessors
     scene: Scene
     limits: Limits
+    pose: PosePolicy
     compressed: Compressed | None = None
     expanded: bool = False
 
     @staticmethod
     def read(
-        data: bytes, container: Container | None, resources: Mapping[str, bytes], limits: Limits
+        data: bytes,
+        container: Container | None,
+        resources: Mapping[str, bytes],
+        limits: Limits,
+        pose: PosePolicy,
     ) -> Model:
         """Parse a document and read its scene. Raises as ``read_gltf`` does."""
         document = parse_document(data if container is None else container.json, limits)
@@ -69,7 +74,7 @@ class Model:
         document, buffers = expanded or (document, buffers)
         plain, plain_buffers, primitives = inflate(document, buffers, limits)
         compressed = Compressed(document, buffers, primitives) if primitives else None
-        model = Model.of(container, plain, plain_buffers, limits, compressed)
+        model = Model.of(container, plain, plain_buffers, limits, pose, compressed)
         return replace(model, expanded=expanded is not None)
 
     @staticmethod
@@ -78,21 +83,23 @@ class Model:
         document: Document,
         buffers: Buffers,
         limits: Limits,
+        pose: PosePolicy,
         compressed: Compressed | None = None,
     ) -> Model:
         """Read a document's scene."""
         accessors = Accessors(document, buffers, limits)
-        scene = read_scene(document, accessors, limits)
-        return Model(container, document, accessors, scene, limits, compressed)
+        scene = read_scene(document, accessors, limits, pose)
+        return Model(container, document, accessors, scene, limits, pose, compressed)
 
     def rebuilt(self, document: Document, buffers: Buffers) -> Model:
         """The same model with another document and buffers."""
-        return Model.of(self.container, document, buffers, self.limits, self.compressed)
+        model = Model.of(self.container, document, buffers, self.limits, self.pose, self.compressed)
+        return replace(model, expanded=self.expanded)
 
     def store_positions(
         self, editor: BufferEditor, positions: NDArray[np.float64], moved: NDArray[np.bool_]
     ) -> None:
-        """Write raw vertices through the inverse of their nodes' transforms.
+        """Write raw vertices through the inverse of what places them.
 
         Args:
             editor: takes the changes.
@@ -102,7 +109,7 @@ class Model:
         for block in self.scene.blocks:
             rows = np.flatnonzero(moved[block.rows])
             world = positions[block.rows][rows]
-            editor.store(block.accessor, rows, restore_points(block.placement.matrix, world))
+            editor.store(block.accessor, rows, block.pose.restore(world, rows))
 
     def to_bytes(self, editor: BufferEditor) -> bytes:
         """The file, with what an editor has changed."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.affine import rank
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import (
     INSTANCING,
@@ -36,6 +35,7 @@ class Placement:
         mesh: index of the mesh.
         matrix: (4, 4) from mesh to world, column vectors; the identity for a skinned mesh,
             whose node's transform is ignored (section 3.7.3.3).
+        mirrored: whether the node's own transform turns the winding around (section 3.7.4).
         skinned: whether the node has a skin.
         lineage: the node and those above it.
     """
@@ -43,6 +43,7 @@ class Placement:
     node: int
     mesh: int
     matrix: NDArray[np.float64]
+    mirrored: bool
     skinned: bool
     lineage: Lineage
 
@@ -65,6 +66,7 @@ class Placements:
         flattened: nodes that scale a mesh to a line or a point.
         levels: nodes with a mesh that stand for another from farther away (MSFT_lod).
         origin: (3,) where the scene is (CESIUM_RTC).
+        worlds: (4, 4) matrix to world space of each node of the scene.
     """
 
     shown: list[Placement]
@@ -72,6 +74,7 @@ class Placements:
     flattened: list[int]
     levels: list[int]
     origin: NDArray[np.float64]
+    worlds: dict[int, NDArray[np.float64]]
 
 
 def place_meshes(root: Element, limits: Limits) -> Placements:
@@ -88,7 +91,7 @@ def place_meshes(root: Element, limits: Limits) -> Placements:
     children = [node.references("children", len(nodes), "node") for node in nodes]
     levels = _levels(nodes)
     origin = _origin(root)
-    placements = Placements([], [], [], [], origin[:3, 3])
+    placements = Placements([], [], [], [], origin[:3, 3], {})
     waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None, list[int] | None]]
     waiting = [(node, origin, 1, None, None) for node in reversed(_roots(root, children))]
     seen: set[int] = set()
@@ -105,6 +108,7 @@ def place_meshes(root: Element, limits: Limits) -> Placements:
             world = parent @ local_matrix(node)
         if not np.isfinite(world).all():
             raise InputError("the node's transform overflows", place=node.pointer)
+        placements.worlds[index] = world
         if _is_off(node):
             hidden = placements.invisible
         elif index in levels:
@@ -120,10 +124,12 @@ def place_meshes(root: Element, limits: Limits) -> Placements:
             matrix = _IDENTITY if skinned else world
             if hidden is not None:
                 hidden.append(index)
-            elif rank(matrix) < _PLANE:
+            elif _rank(matrix) < _PLANE:
                 placements.flattened.append(index)
             else:
-                placements.shown.append(Placement(index, mesh, matrix, skinned, here))
+                mirrored = np.linalg.slogdet(world[:3, :3]).sign < 0
+                placement = Placement(index, mesh, matrix, bool(mirrored), skinned, here)
+                placements.shown.append(placement)
         below = reversed(children[index])
         waiting += [(child, world, depth + 1, here, hidden) for child in below]
     return placements
@@ -151,6 +157,12 @@ def _levels(nodes: list[Element]) -> set[int]:
 def _is_off(node: Element) -> bool:
     extension = extension_of(node, VISIBILITY)
     return extension is not None and "visible" in extension.value and not extension.flag("visible")
+
+
+def _rank(matrix: NDArray[np.float64]) -> int:
+    """How many dimensions a (4, 4) affine matrix keeps, to working precision."""
+    singular_values = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    return int(np.count_nonzero(singular_values > 1e-12 * singular_values[0]))
 
 
 def _roots(root: Element, children: list[list[int]]) -> list[int]:

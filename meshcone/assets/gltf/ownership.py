@@ -11,9 +11,9 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessors, Region
-from meshcone.assets.gltf.affine import is_singular
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.scene import Block, mesh_name
@@ -30,19 +30,12 @@ def check_ownership(document: Document, accessors: Accessors, moving: Moving) ->
     """Check that every vertex that may move has bytes of its own.
 
     Raises:
-        InputError: a mesh or accessor is used twice, a node flattens its mesh, positions are
-            also stored compressed, or bytes are shared.
+        InputError: a mesh or accessor is used twice, a node or joints flatten what they place, or
+            bytes are shared.
     """
     _check_instances(document, moving.blocks)
     for block in moving.blocks:
-        _check_transform(document, block)
-    for placed in moving.primitives:
-        if placed.primitive.compressed:
-            raise InputError(
-                "the positions are also stored compressed, and that copy would go stale; "
-                "export without compression",
-                place=placed.primitive.element.pointer,
-            )
+        _check_transform(document, block, moving.rows[block.rows])
     owners = _owners(moving)
     _check_other_uses(document, owners, {block.placement.mesh for block in moving.blocks})
     _check_shared_bytes(document, accessors, owners)
@@ -76,13 +69,22 @@ def _check_instances(document: Document, blocks: list[Block]) -> None:
             )
 
 
-def _check_transform(document: Document, block: Block) -> None:
-    node = block.placement.node
-    if is_singular(block.placement.matrix):
+def _check_transform(document: Document, block: Block, moving: NDArray[np.bool_]) -> None:
+    node = document.root.children("nodes")[block.placement.node]
+    lost = moving & block.pose.irreversible()
+    if not lost.any():
+        return
+    if len(block.pose.matrices) == 1:
         raise InputError(
-            f"node {node} flattens its mesh: its transform cannot be undone",
-            place=document.root.children("nodes")[node].pointer,
+            f"node {block.placement.node} flattens its mesh: its transform cannot be undone",
+            place=node.pointer,
         )
+    mesh = mesh_name(document.root.children("meshes"), block.placement.mesh)
+    raise InputError(
+        f"vertex {np.flatnonzero(lost)[0]} of {mesh} cannot be moved: its joints flatten what is "
+        "around it, and that cannot be undone; set pose=bind, or leave it out with 'select'",
+        place=node.pointer,
+    )
 
 
 def _owners(moving: Moving) -> dict[int, Owner]:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from meshcone.assets.gltf.accessors import Accessor, Accessors
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import DRACO, QUANTIZATION
+from meshcone.assets.gltf.extensions import QUANTIZATION
 from meshcone.assets.limits import Limits
-from meshcone.errors import InputError
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_INFLUENCE_SETS = 2  # viewers read one set of four, some two
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class Primitive:
 
     Attributes:
         triangles: (k, 3) indices into the accessor, counter-clockwise.
-        compressed: whether the positions are also stored in a compressed copy.
+        joints, weights: which joints each vertex follows and how much, four in each pair.
+        targets: what each morph target adds to the positions, if it does.
     """
 
     element: Element
@@ -32,8 +33,9 @@ class Primitive:
     tangent: Accessor | None
     material: int | None
     triangles: NDArray[np.int64]
-    morphed: bool
-    compressed: bool
+    joints: tuple[Accessor, ...]
+    weights: tuple[Accessor, ...]
+    targets: tuple[Accessor | None, ...]
 
 
 class PrimitiveReader:
@@ -74,17 +76,11 @@ class PrimitiveReader:
             self.empty.append(element)
             return None
         normal = self._attribute(attributes, "NORMAL", "VEC3", position)
-        extensions = element.child("extensions")
-        draco = extensions is not None and DRACO in extensions.value
-        if draco and position.dense is None and position.sparse is None:
-            raise InputError(
-                f"the positions are stored in '{DRACO}' only; export without Draco compression",
-                place=element.pointer,
-            )
         triangles = self._triangles(element, mode, position)
         if len(triangles) == 0:
             self.empty.append(element)
             return None
+        joints, weights = self._influences(attributes, position)
         return Primitive(
             element=element,
             position=position,
@@ -92,8 +88,45 @@ class PrimitiveReader:
             tangent=self._attribute(attributes, "TANGENT", "VEC4", position) if normal else None,
             material=element.integer("material"),
             triangles=triangles,
-            morphed=bool(element.children("targets")),
-            compressed=draco,
+            joints=joints,
+            weights=weights,
+            targets=self._targets(element, position),
+        )
+
+    def _influences(
+        self, attributes: Element, position: Accessor
+    ) -> tuple[tuple[Accessor, ...], tuple[Accessor, ...]]:
+        joints, weights = [], []
+        for number in range(_INFLUENCE_SETS):
+            found = [
+                self._influence(attributes, f"{name}_{number}", position)
+                for name in ("JOINTS", "WEIGHTS")
+            ]
+            if found[0] is None or found[1] is None:
+                break
+            joints.append(found[0])
+            weights.append(found[1])
+        return tuple(joints), tuple(weights)
+
+    def _influence(self, attributes: Element, name: str, position: Accessor) -> Accessor | None:
+        index = attributes.reference(name, len(self._accessors.elements), "accessor")
+        if index is None:
+            return None
+        accessor = self._accessors.describe(index)
+        joints = name.startswith("JOINTS")
+        kinds = "u" if joints else "uf"
+        if accessor.kind != "VEC4" or accessor.component.kind not in kinds:
+            raise accessor.element.error("type", f"{name} must be VEC4 of another type")
+        if accessor.count != position.count:
+            raise accessor.element.error(
+                "count", f"{accessor.count} of {name} for {position.count} positions"
+            )
+        return accessor
+
+    def _targets(self, element: Element, position: Accessor) -> tuple[Accessor | None, ...]:
+        return tuple(
+            self._attribute(target, "POSITION", "VEC3", position)
+            for target in element.children("targets")
         )
 
     def _attribute(

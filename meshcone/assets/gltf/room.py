@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, bounds, decode, encode
-from meshcone.assets.gltf.affine import restore_points
 from meshcone.assets.gltf.apart import place_apart
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
@@ -48,7 +47,7 @@ def make_room(
         rows = np.flatnonzero(moved[block.rows])
         if accessor.index in placed or len(rows) == 0:
             continue
-        local = restore_points(block.placement.matrix, positions[block.rows][rows])
+        local = block.pose.restore(positions[block.rows][rows], rows)
         fits = encode(local, accessor.component, accessor.normalized) is not None
         stored = accessor.dense or np.isin(rows, model.accessors.sparse_rows(accessor)).all()
         if (fits or accessor.component.kind == "f") and stored:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
-from meshcone.assets.gltf.affine import transform_points
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.nodes import Placement, Placements, place_meshes
 from meshcone.assets.gltf.notices import Findings, called, scene_notices
+from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader
+from meshcone.assets.gltf.skins import PoseReader
 from meshcone.assets.limits import LARGEST_COORDINATE, Limits
+from meshcone.assets.policy import PosePolicy
 from meshcone.errors import InputError
 from meshcone.notices import Notice
 
@@ -23,11 +26,12 @@ from meshcone.notices import Notice
 class Block:
     """The positions of one accessor at one node: a run of raw vertices.
 
-    Primitives of a mesh that share the accessor share the block.
+    Primitives of a mesh that share the accessor, and what deforms it, share the block.
     """
 
     placement: Placement
     accessor: Accessor
+    pose: Pose
     start: int
 
     @property
@@ -66,19 +70,31 @@ class Scene:
         return np.concatenate([placed.triangles for placed in self.primitives] or empty)
 
 
-def read_scene(document: Document, accessors: Accessors, limits: Limits) -> Scene:
+def read_scene(
+    document: Document, accessors: Accessors, limits: Limits, pose: PosePolicy = "rest"
+) -> Scene:
     """Read the triangles of every mesh the default scene places.
+
+    Args:
+        document: the document.
+        accessors: its accessors.
+        limits: caps on sizes.
+        pose: whether skins and morph targets show ``rest`` or are passed over (``bind``).
 
     Raises:
         InputError: something the scene uses is malformed, or a position is not finite or beyond
             ``LARGEST_COORDINATE``.
         LimitError: more vertices or triangles than ``limits`` accept, instances counted.
     """
-    return _SceneBuilder(document, accessors, limits).build()
+    return _SceneBuilder(document, accessors, limits, pose).build()
 
 
 class _SceneBuilder:
-    def __init__(self, document: Document, accessors: Accessors, limits: Limits) -> None:
+    def __init__(
+        self, document: Document, accessors: Accessors, limits: Limits, pose: PosePolicy
+    ) -> None:
+        self._pose = pose
+        self._poses: PoseReader | None = None
         self._document = document
         self._accessors = accessors
         self._limits = limits
@@ -87,7 +103,7 @@ class _SceneBuilder:
         self._meshes: dict[int, list[Primitive]] = {}
         self._local: dict[int, NDArray[np.float64]] = {}
         self._blocks: list[Block] = []
-        self._block_numbers: dict[tuple[int, int], int] = {}
+        self._block_numbers: dict[tuple[int, ...], int] = {}
         self._placed: list[PlacedPrimitive] = []
         self._shaded: set[tuple[int, int]] = set()
         self._vertices = 0
@@ -98,6 +114,10 @@ class _SceneBuilder:
 
     def build(self) -> Scene:
         placements = place_meshes(self._document.root, self._limits)
+        if self._pose == "rest":
+            self._poses = PoseReader(
+                self._document, self._accessors, self._limits, placements.worlds
+            )
         for placement in placements.shown:
             for primitive in self._mesh(placement.mesh):
                 self._place(placement, primitive)
@@ -118,23 +138,29 @@ class _SceneBuilder:
         self._limits.check("meshes", len(self._placed) + 1, "primitives drawn", place)
         self._faces += len(primitive.triangles)
         self._limits.check("faces", self._faces, "triangles in the scene", place)
-        number = self._block_number(placement, primitive.position)
+        number = self._block_number(placement, primitive)
         self._count_normals(number, primitive)
-        mirrored = np.linalg.slogdet(placement.matrix[:3, :3]).sign < 0
-        # A mirroring node turns the winding around (section 3.7.4).
-        local = primitive.triangles[:, ::-1] if mirrored else primitive.triangles
+        local = primitive.triangles[:, ::-1] if placement.mirrored else primitive.triangles
         self._placed.append(PlacedPrimitive(primitive, number, local + self._blocks[number].start))
 
-    def _block_number(self, placement: Placement, accessor: Accessor) -> int:
-        key = (placement.node, accessor.index)
+    def _block_number(self, placement: Placement, primitive: Primitive) -> int:
+        accessor = primitive.position
+        deformers = self._poses.deformers(placement, primitive) if self._poses else ()
+        key = (placement.node, accessor.index, *deformers)
         if key not in self._block_numbers:
-            block = Block(placement, accessor, self._vertices)
+            start = self._vertices
             self._vertices += accessor.count
             place = self._document.root.place("nodes") + f"/{placement.node}"
             self._limits.check("vertices", self._vertices, "vertices in the scene", place)
             self._block_numbers[key] = len(self._blocks)
-            self._blocks.append(block)
+            pose = self._pose_of(placement, primitive)
+            self._blocks.append(Block(placement, accessor, pose, start))
         return self._block_numbers[key]
+
+    def _pose_of(self, placement: Placement, primitive: Primitive) -> Pose:
+        if self._poses is None:
+            return Pose.rigid(placement.matrix)
+        return self._poses.pose(placement, primitive)
 
     def _count_normals(self, block: int, primitive: Primitive) -> None:
         """Bound what writing needs: any number of normals may belong to one block's vertices."""
@@ -153,7 +179,7 @@ class _SceneBuilder:
             used[placed.triangles] = True
         for block in self._blocks:
             with np.errstate(over="ignore", invalid="ignore"):
-                world = transform_points(block.placement.matrix, self._local_positions(block))
+                world = block.pose.place(self._local_positions(block))
             usable = (np.abs(world) <= LARGEST_COORDINATE).all(axis=1)
             # Nobody sees where a vertex is that no triangle uses.
             unusable = ~usable & used[block.rows]
@@ -178,17 +204,21 @@ class _SceneBuilder:
     def _warnings(self, placements: Placements) -> tuple[Notice, ...]:
         found = Findings(
             placements=placements,
-            skinned={block.placement.mesh for block in self._blocks if block.placement.skinned},
-            morphed={
-                self._blocks[placed.block].placement.mesh
-                for placed in self._placed
-                if placed.primitive.morphed
-            },
+            skinned=self._unposed(lambda placed: bool(placed.primitive.joints)),
+            morphed=self._unposed(lambda placed: bool(placed.primitive.targets)),
             empty=self._reader.empty,
             ragged=self._reader.ragged,
             astray=self._astray,
         )
         return scene_notices(self._document, found)
+
+    def _unposed(self, deforms: Callable[[PlacedPrimitive], bool]) -> set[int]:
+        """Meshes that are read as they are stored, though something deforms them."""
+        if self._pose == "rest":
+            return set()
+        blocks = self._blocks
+        found = (blocks[each.block].placement for each in self._placed if deforms(each))
+        return {placement.mesh for placement in found}
 
 
 def mesh_name(meshes: list[Element], index: int) -> str:

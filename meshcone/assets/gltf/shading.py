@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, decode
-from meshcone.assets.gltf.affine import transform_vectors
 from meshcone.assets.gltf.scene import Block, Scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.normals import realign_tangents, recompute_normals
@@ -57,8 +56,8 @@ def write_shading(
     )
     local: dict[tuple[int, int], NDArray[np.float64]] = {}
     for key, run in runs.items():
-        rows = np.flatnonzero(renewed[run.rows])
-        local[key] = _local_normals(run.block, normals[run.rows][rows])
+        rows = _renewed_rows(renewed, run)
+        local[key] = run.block.pose.restore_normals(normals[run.rows][rows], rows)
         editor.store(run.normal, rows, local[key])
     written: set[tuple[int, int]] = set()
     for placed in scene.primitives:
@@ -67,9 +66,15 @@ def write_shading(
             continue
         written.add((placed.block, tangent.index))
         key = (placed.block, normal.index)
-        rows = np.flatnonzero(renewed[runs[key].rows])
+        rows = _renewed_rows(renewed, runs[key])
         tangents = decode(editor.read(tangent), tangent.normalized)[rows]
         editor.store(tangent, rows, realign_tangents(tangents, local[key]))
+
+
+def _renewed_rows(renewed: NDArray[np.bool_], run: _ShadedRun) -> NDArray[np.int64]:
+    """(k,) elements to write; none where a target adds to normals what nobody here undoes."""
+    kept = run.block.pose.shift is not None
+    return np.flatnonzero(renewed[run.rows] & (not kept))
 
 
 def _shaded_runs(
@@ -95,23 +100,4 @@ def _shaded_runs(
 
 def _world_normals(editor: BufferEditor, run: _ShadedRun) -> NDArray[np.float64]:
     stored = decode(editor.read(run.normal), run.normal.normalized)
-    linear = run.block.placement.matrix[:3, :3]
-    if np.array_equal(linear, np.eye(3)):
-        return stored
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        # The cofactor matrix is det(M) M^-T: it needs no inverse, and its length is divided out.
-        turned = transform_vectors(_cofactors(linear) * np.linalg.slogdet(linear).sign, stored)
-        unit: NDArray[np.float64] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    return unit
-
-
-def _local_normals(block: Block, normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit normals of a node from those of the world: the inverse of n -> M^-T n is n -> M^T n."""
-    local = transform_vectors(block.placement.matrix[:3, :3].T, normals)
-    unit: NDArray[np.float64] = local / np.linalg.norm(local, axis=1, keepdims=True)
-    return unit
-
-
-def _cofactors(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    a, b, c = linear.T
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    return run.block.pose.turn_normals(stored)
