@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import TypeVar
 
-from meshcone.gates.paths import AnyReport, Found, Value, find, in_reference, value_at
+from meshcone.gates.paths import Found, Value, find, in_reference, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
 from meshcone.quality.deviation.records import ProvenInterval
-from meshcone.report.report import AuditReport, MeasureReport, Report
+from meshcone.report.report import AnyReport, AuditReport, MeasureReport, Report
 
 SameReport = TypeVar("SameReport", Report, MeasureReport, AuditReport)
 

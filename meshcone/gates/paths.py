@@ -22,14 +22,13 @@ from meshcone.notices import WARNINGS, warnings_named
 from meshcone.options import Mode
 from meshcone.quality.deviation.records import ProvenInterval
 from meshcone.quality.records import Metrics
-from meshcone.report.report import AuditReport, MeasureReport, Report
+from meshcone.report.report import AnyReport, AuditReport, MeasureReport, Report
 
 Kind = Literal["number", "interval", "truth", "word", "list"]
 Value = float | bool | str | tuple[str, ...] | ProvenInterval
 
 NOT_TESTED = "not_tested"  # how a report states a value it did not determine, besides null
 _KINDS: Mapping[type, Kind] = {bool: "truth", int: "number", float: "number", str: "word"}
-AnyReport = Report | MeasureReport | AuditReport
 _ABSENT = object()
 Side = Literal["source", "reference", "refined"]
 _ANY = "*"  # stands for every key of a section whose keys depend on the job

@@ -260,6 +260,9 @@ class AuditReport(_Record):
     __str__ = __repr__
 
 
+AnyReport = Report | MeasureReport | AuditReport
+
+
 def _in_a_line(report: MeasureReport | Report) -> str:
     # The whole of it fills screens, in a notebook and in a failed test.
     names = report.inputs.source.name, report.inputs.reference.name

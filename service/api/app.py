@@ -13,7 +13,7 @@ from pydantic.json_schema import JsonSchemaMode
 
 from meshcone.options import Options
 from meshcone.program.diagnostics import SolverReport
-from meshcone.report.report import MeasureReport, Report
+from meshcone.report.report import AuditReport, MeasureReport, Report
 from meshcone.settings import load_settings
 from service import problems
 from service.access.auth import Authentication, KeyRing, describe_security
@@ -39,6 +39,7 @@ _MODELS: dict[type[BaseModel], JsonSchemaMode] = {
     Options: "validation",
     Report: "serialization",
     MeasureReport: "serialization",
+    AuditReport: "serialization",
     SolverReport: "serialization",
 }
 

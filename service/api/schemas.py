@@ -77,7 +77,7 @@ class JobLinks(BaseModel):
 
 
 class ListedJob(BaseModel):
-    """A refinement or a measurement, as a list shows it: without its options."""
+    """A refinement, a measurement or an audit, as a list shows it: without its options."""
 
     id: str
     state: JobState
@@ -99,7 +99,9 @@ class ListedJob(BaseModel):
     )
     expired: datetime | None = Field(description="when its files went: there is no result any more")
     source: SentFile
-    reference: SentFile
+    reference: SentFile | None = Field(
+        default=None, description="null where an asset was audited by itself"
+    )
     source_resources: list[SentFile] = Field(
         default_factory=list, description="files that only the source names"
     )
@@ -142,7 +144,7 @@ class ListedJob(BaseModel):
             expires=expires,
             expired=record.expired,
             source=SentFile.of(record.source),
-            reference=SentFile.of(record.reference),
+            reference=SentFile.of(record.reference) if record.reference else None,
             source_resources=[SentFile.of(file) for file in record.source_resources],
             reference_resources=[SentFile.of(file) for file in record.reference_resources],
             resources=[SentFile.of(file) for file in record.resources],
@@ -160,7 +162,7 @@ class ListedJob(BaseModel):
 
 
 class Job(ListedJob):
-    """A refinement or a measurement, from its submission on."""
+    """A refinement, a measurement or an audit, from its submission on."""
 
     options: dict[str, Any] = Field(description="the options that were set, as they were sent")
 

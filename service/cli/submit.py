@@ -10,7 +10,7 @@ import typer
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
-from service.cli.arguments import Assignments, Per, Reference, Source, options_from
+from service.cli.arguments import Assignments, Per, Source, options_from
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
@@ -22,7 +22,15 @@ _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
 def command(
     source: Source,
-    reference: Reference,
+    reference: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="REFERENCE",
+            help="The mesh it should have been; only the mode audit can do without.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
     server: Annotated[
         str, typer.Option(metavar="URL", help="The service to work there.", show_default=False)
     ],
@@ -59,14 +67,16 @@ def command(
     options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
+    if reference is None and options.mode != "audit":
+        raise InputError("REFERENCE is missing: only the mode audit can do without")
     listed = options.cones.pin.vertices_file
     beside = [] if listed is None else [source.parent / listed]
     require_places(
         (out, report, report and certificate_path(report)),
-        files_of(source) + files_of(reference) + beside,
+        [*files_of(source), *(files_of(reference) if reference else ()), *beside],
     )
     source_file = read_local(source, listed)
-    reference_file = read_local(reference)
+    reference_file = None if reference is None else read_local(reference)
 
     import httpx2
 

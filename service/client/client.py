@@ -96,7 +96,7 @@ class Client:
     def submit(
         self,
         source: MeshLike | NamedBlob,
-        reference: MeshLike | NamedBlob,
+        reference: MeshLike | NamedBlob | None = None,
         options: Mapping[str, Any] | None = None,
         *,
         source_resources: Iterable[MeshFile | NamedBlob] = (),
@@ -106,14 +106,15 @@ class Client:
         webhook: str | None = None,
         idempotency_key: str | None = None,
     ) -> Job:
-        """Submit a mesh and its reference, each with its own resources.
+        """Submit a mesh and its reference, if it has one, each with its own resources.
 
         Two files of one name are two files as long as they belong to different meshes.
 
         Args:
             source: the mesh, as :func:`meshcone.refine` takes it, with the resources it has; or
                 what :meth:`upload` has made of it.
-            reference: the mesh it should have been, likewise.
+            reference: the mesh it should have been, likewise; None where the option ``mode`` is
+                ``audit`` and there is none.
             options: those that are not to be the default.
             source_resources: further files that the source names, such as uploaded ones.
             reference_resources: further files that the reference names.
@@ -132,6 +133,8 @@ class Client:
         if webhook is not None:
             parts.append(("webhook", (None, webhook)))
         for side, mesh in (("source", source), ("reference", reference)):
+            if mesh is None:
+                continue
             file = mesh if isinstance(mesh, NamedBlob) else load_unread(mesh, side)
             if side == "source" and isinstance(file, LoadedMesh):
                 file = file.with_file(_listed(options or {}))

@@ -21,7 +21,7 @@ from service.gating.job import GateJob, Judgement, judged
 from worker.lifeline import die_with_parent
 
 if TYPE_CHECKING:
-    from meshcone.gates.paths import AnyReport
+    from meshcone.report.report import AnyReport
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
 

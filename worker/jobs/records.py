@@ -90,6 +90,7 @@ class JobRecord(_Frozen):
         handed_back: how many of those starts were given up by a worker that was stopped.
         expired: when its files were let go.
         cancel_requested: when somebody asked for it to be canceled while it was running.
+        reference: None where an asset is audited by itself.
         source_resources: files that only the source names.
         reference_resources: files that only the reference names.
         resources: files that either may name.
@@ -121,7 +122,7 @@ class JobRecord(_Frozen):
     cancel_requested: datetime | None = None
     labels: tuple[str, ...] = ()
     source: StoredFile
-    reference: StoredFile
+    reference: StoredFile | None = None
     source_resources: tuple[StoredFile, ...] = ()
     reference_resources: tuple[StoredFile, ...] = ()
     resources: tuple[StoredFile, ...] = ()
@@ -148,7 +149,8 @@ class JobRecord(_Frozen):
     def files(self) -> tuple[StoredFile, ...]:
         """Everything that was sent."""
         beside = self.source_resources + self.reference_resources + self.resources
-        return (self.source, self.reference, *beside)
+        meshes = (self.source,) if self.reference is None else (self.source, self.reference)
+        return (*meshes, *beside)
 
     @property
     def has_ended(self) -> bool:

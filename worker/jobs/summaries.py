@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.gates.records import GateCheck, Status
 from meshcone.quality.records import Metrics
-from meshcone.report.report import MeasureReport, Report
+from meshcone.report.report import AnyReport, AuditReport
 
 # Values of a report that mean something beside those of another job of the same kind.
 _COMPARED = (
@@ -42,26 +42,35 @@ class WorstCheck(_Frozen):
 class JobSummary(_Frozen):
     """What a job's report says, in short."""
 
-    outcome: str
-    radius: float = Field(description="of the reference, in model units")
+    outcome: str | None = Field(description="null where nothing was measured")
+    radius: float | None = Field(
+        description="of the reference, in model units; null where nothing was measured"
+    )
     metrics: dict[str, float] = Field(
-        description="of the refined mesh, or the input where nothing was refined, by name"
+        description="of the refined mesh, or the input where nothing was refined, by name; empty "
+        "where nothing was measured"
     )
     input: dict[str, float] = Field(description="the same of the input")
     worst: WorstCheck | None = Field(None, description="absent where there were no gates")
     seconds: float = Field(description="the engine took")
 
     @classmethod
-    def of(cls, report: Report | MeasureReport) -> JobSummary:
+    def of(cls, report: AnyReport) -> JobSummary:
         """Sum up a report."""
+        worst = None if report.gates is None else _worst(report.gates.checks)
+        seconds = report.timings.total
+        if isinstance(report, AuditReport):
+            return cls(
+                outcome=None, radius=None, metrics={}, input={}, worst=worst, seconds=seconds
+            )
         judged = report.quality.refined or report.quality.input
         return cls(
             outcome=report.outcome,
             radius=report.frame.radius,
             metrics=_compared(judged),
             input=_compared(report.quality.input),
-            worst=None if report.gates is None else _worst(report.gates.checks),
-            seconds=report.timings.total,
+            worst=worst,
+            seconds=seconds,
         )
 
 

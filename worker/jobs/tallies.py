@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from meshcone.report.report import MeasureReport, Report
+    from meshcone.report.report import AnyReport
 
 SECONDS: Sequence[float] = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, math.inf)
 ITERATIONS: Sequence[float] = (0, 10, 30, 100, 300, 1000, 3000, 10_000, math.inf)
-STAGES = ("read", "align", "solve", "quality", "write")
+STAGES = ("read", "align", "solve", "quality", "write", "audit")
 
 STAGE_SECONDS = "stage_seconds"
 SOLVER_ITERATIONS = "solver_iterations"
@@ -39,8 +39,8 @@ class Tallies:
     counters: Mapping[str, float]
 
 
-def tallies_of(report: Report | MeasureReport) -> Tallies:
-    """Read them from a report; a measurement has no rounds."""
+def tallies_of(report: AnyReport) -> Tallies:
+    """Read them from a report; only a refinement has rounds."""
     timings = {name: float(getattr(report.timings, name)) for name in (*STAGES, "total")}
     counters: Counter[str] = Counter()
     for stage in STAGES:

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from meshcone.gates.records import Status
-from meshcone.report.report import MeasureReport, Report, diagnostics_csv
+from meshcone.report.report import AnyReport, AuditReport, diagnostics_csv
 from meshcone.views.heatmap import heatmap_glb
 from meshcone.views.pictures import pictures_png
 from meshcone.views.preview import preview_glb
@@ -74,7 +74,13 @@ def of_measurement(source: str, measurement: Measurement) -> JobFiles:
     return _job_files(files, measurement.report)
 
 
-def _job_files(files: Mapping[str, ArtifactFile], report: Report | MeasureReport) -> JobFiles:
+def of_audit(source: str, report: AuditReport) -> JobFiles:
+    """What an audit of a source of this name leaves: its report."""
+    stem = PurePath(source).stem
+    return _job_files({"report": _report(stem, report.model_dump_json())}, report)
+
+
+def _job_files(files: Mapping[str, ArtifactFile], report: AnyReport) -> JobFiles:
     verdict = None if report.gates is None else report.gates.verdict
     return JobFiles(files, verdict, JobSummary.of(report), tallies_of(report))
 

@@ -22,6 +22,7 @@ from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.progress import ProgressCallback
 from meshcone.settings import load_settings
+from meshcone.verbs.audit import audit
 from meshcone.verbs.measure import measurement
 from meshcone.verbs.refine import refine
 from worker.broker.connections import connect_text
@@ -33,7 +34,7 @@ from worker.jobs.ledger import (
     UnknownJobError,
 )
 from worker.jobs.records import Artifact, JobError, JobRecord, JobState, StoredFile
-from worker.run.artifacts import ArtifactFile, JobFiles, of_measurement, of_refinement
+from worker.run.artifacts import ArtifactFile, JobFiles, of_audit, of_measurement, of_refinement
 from worker.run.progress import ProgressReporter
 from worker.run.sandbox import confine
 from worker.run.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
@@ -138,7 +139,14 @@ def _work(
 ) -> JobFiles:
     options = parse_options(record.options)
     source = _mesh_file(blobs, record.source, record.source_resources + record.resources)
-    reference = _mesh_file(blobs, record.reference, record.reference_resources + record.resources)
+    reference = None
+    if record.reference is not None:
+        beside = record.reference_resources + record.resources
+        reference = _mesh_file(blobs, record.reference, beside)
+    if options.mode == "audit":
+        return of_audit(record.source.name, audit(source, reference, options))
+    if reference is None:
+        raise InternalError("the job has no reference")
     if options.mode == "measure":
         return of_measurement(record.source.name, measurement(source, reference, options))
     # Below the job's own limit, so that the solver's C code returns before the alarm.

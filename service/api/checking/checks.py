@@ -87,8 +87,8 @@ class MeshChecks:
         """Process id of the parent of all checks."""
         return self._parent.pid
 
-    async def check(self, source: MeshFiles, reference: MeshFiles, options: Options) -> bool:
-        """Read both meshes, and check that the source can be written back where it has to be.
+    async def check(self, source: MeshFiles, reference: MeshFiles | None, options: Options) -> bool:
+        """Read the meshes, and check that the source can be written back where it has to be.
 
         Returns:
             Whether they were read. A process that dies over the files twice says nothing of
@@ -112,7 +112,7 @@ class MeshChecks:
         finally:
             self._turns.release()
 
-    def _check(self, source: MeshFiles, reference: MeshFiles, options: Options) -> bool:
+    def _check(self, source: MeshFiles, reference: MeshFiles | None, options: Options) -> bool:
         for _ in range(_ATTEMPTS):
             started = time.monotonic()
             try:
@@ -124,27 +124,33 @@ class MeshChecks:
             else:
                 self._judge(answer)
                 return True
-        logger.warning("meshes accepted unchecked", source=source.name, reference=reference.name)
+        other = None if reference is None else reference.name
+        logger.warning("meshes accepted unchecked", source=source.name, reference=other)
         return False
 
-    def _ask(self, source: MeshFiles, reference: MeshFiles, options: Options) -> dict[str, Any]:
+    def _ask(
+        self, source: MeshFiles, reference: MeshFiles | None, options: Options
+    ) -> dict[str, Any]:
         """Have files checked once.
 
         Raises:
             _NoAnswerError: the process died, or did not end in time.
         """
+        meshes = {"source": source}
+        if reference is not None:
+            meshes["reference"] = reference
         request = {
             "options": options.model_dump(mode="json"),
             "meshes": {
                 side: {"name": mesh.name, "resources": list(mesh.resources)}
-                for side, mesh in (("source", source), ("reference", reference))
+                for side, mesh in meshes.items()
             },
         }
         ours, theirs = socket.socketpair()
         with ours, TemporaryFile() as document, ExitStack() as lent:
             document.write(json.dumps(request).encode())
             files: list[IO[bytes]] = [document]
-            for mesh in (source, reference):
+            for mesh in meshes.values():
                 files += [mesh.file, *mesh.resources.values()]
             descriptors = [_lend(file, lent) for file in files]
             ours.settimeout(self._check_seconds + _GRACE)

@@ -33,6 +33,7 @@ _REPORT = {
     "anyOf": [
         {"$ref": "#/components/schemas/Report"},
         {"$ref": "#/components/schemas/MeasureReport"},
+        {"$ref": "#/components/schemas/AuditReport"},
     ]
 }
 _DIAGNOSTICS: dict[int | str, dict[str, Any]] = {
@@ -179,5 +180,7 @@ def _why_none(record: JobRecord, name: str) -> str:
     if name == "pictures":
         return "neither file has colours, or comparing them was turned off"
     # A record of an earlier version has no mode; it was refined.
-    measured = record.options.get("mode") == "measure"
-    return "it measured and refined nothing" if measured else "it kept its input"
+    mode = record.options.get("mode")
+    if mode == "audit":
+        return "it audited and refined nothing"
+    return "it measured and refined nothing" if mode == "measure" else "it kept its input"

@@ -32,10 +32,12 @@ SUBMISSION_FORM: dict[str, Any] = {
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
-                    "required": ["source", "reference", "options"],
+                    "required": ["source", "options"],
                     "properties": {
                         "source": _file("the mesh to refine, as a file or by its hash"),
-                        "reference": _file("the mesh to refine it towards"),
+                        "reference": _file(
+                            "the mesh to refine it towards; only the mode audit can do without"
+                        ),
                         "options": {
                             "type": "string",
                             "contentMediaType": "application/json",

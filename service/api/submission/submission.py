@@ -66,7 +66,7 @@ class Submission:
 
     job_id: str
     source: IncomingFile
-    reference: IncomingFile
+    reference: IncomingFile | None
     source_resources: tuple[IncomingFile, ...]
     reference_resources: tuple[IncomingFile, ...]
     resources: tuple[IncomingFile, ...]
@@ -79,7 +79,12 @@ class Submission:
     def files(self) -> tuple[IncomingFile, ...]:
         """All of them."""
         beside = self.source_resources + self.reference_resources + self.resources
-        return (self.source, self.reference, *beside)
+        return (*self.meshes, *beside)
+
+    @property
+    def meshes(self) -> tuple[IncomingFile, ...]:
+        """The source, and the reference if there is one."""
+        return (self.source,) if self.reference is None else (self.source, self.reference)
 
     @property
     def size(self) -> int:
@@ -88,13 +93,15 @@ class Submission:
 
     def fingerprint(self) -> str:
         """A digest that is the same for the same request, and for no other."""
-        document = {
-            "files": _identities((self.source, self.reference, *self.resources)),
+        document: dict[str, Any] = {
+            "files": _identities((*self.meshes, *self.resources)),
             # Without defaults: a program that knows one more option makes no other request of it.
             "options": self.options.model_dump(mode="json", exclude_defaults=True),
             "labels": self.labels,
             "webhook": self.webhook,
         }
+        if self.reference is None:
+            document["alone"] = True
         # Left out where empty: a key that was bound before there were sides still fits.
         if self.source_resources:
             document["source_resources"] = _identities(self.source_resources)
@@ -117,7 +124,7 @@ def gather(form: SubmittedForm, context: Context) -> Submission:
     return Submission(
         job_id=job_id,
         source=_incoming(form.source, job_id, context),
-        reference=_incoming(form.reference, job_id, context),
+        reference=None if form.reference is None else _incoming(form.reference, job_id, context),
         source_resources=all_of(form.source_resources),
         reference_resources=all_of(form.reference_resources),
         resources=all_of(form.resources),
@@ -161,9 +168,11 @@ async def check_meshes(submission: Submission, context: Context) -> None:
             return MeshFiles(mesh.stored.name, data, files)
 
         source = await run_in_threadpool(opened, submission.source, submission.source_resources)
-        reference = await run_in_threadpool(
-            opened, submission.reference, submission.reference_resources
-        )
+        reference = None
+        if submission.reference is not None:
+            reference = await run_in_threadpool(
+                opened, submission.reference, submission.reference_resources
+            )
         await context.checks.check(source, reference, submission.options)
 
 
@@ -197,7 +206,7 @@ def accept(
         created=datetime.now(UTC),
         labels=submission.labels,
         source=submission.source.stored,
-        reference=submission.reference.stored,
+        reference=submission.reference and submission.reference.stored,
         source_resources=tuple(file.stored for file in submission.source_resources),
         reference_resources=tuple(file.stored for file in submission.reference_resources),
         resources=tuple(file.stored for file in submission.resources),

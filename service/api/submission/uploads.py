@@ -43,7 +43,7 @@ class SubmittedForm:
     """A form whose fields are sound; nothing is known yet of what is in the files."""
 
     source: Upload | NamedBlob
-    reference: Upload | NamedBlob
+    reference: Upload | NamedBlob | None
     source_resources: tuple[Upload | NamedBlob, ...]
     reference_resources: tuple[Upload | NamedBlob, ...]
     resources: tuple[Upload | NamedBlob, ...]
@@ -113,7 +113,7 @@ async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
     _require_list(options, resources)
     return SubmittedForm(
         source=_file("source", _single(form, "source")),
-        reference=_file("reference", _single(form, "reference")),
+        reference=_reference(form, options, resources["reference_resources"]),
         **resources,
         options=options,
         options_as_sent=sent,
@@ -138,6 +138,18 @@ def _file(field: str, value: UploadFile | str | None) -> Upload | NamedBlob:
     if not name:
         raise InputError(f"the file in form field '{field}' has no name")
     return Upload(name, value.file, value.size or 0)
+
+
+def _reference(
+    form: FormData, options: Options, resources: tuple[Upload | NamedBlob, ...]
+) -> Upload | NamedBlob | None:
+    """The reference, which an audit can do without."""
+    sent = _single(form, "reference")
+    if sent is None and options.mode == "audit":
+        if resources:
+            raise InputError("form field 'reference_resources' is sent without a 'reference'")
+        return None
+    return _file("reference", sent)
 
 
 def _named_blob(field: str, text: str) -> NamedBlob:
@@ -202,8 +214,6 @@ def _too_long(what: str) -> LimitError:
 
 
 def _sound(options: Options) -> Options:
-    if options.mode == "audit":
-        raise InputError("option 'mode': a service does not audit; use `meshcone audit`")
     require_known(options.gates, options.mode)
     return options
 

@@ -28,7 +28,7 @@ async function jobsOf(label) {
     const query = new URLSearchParams({ label, state: "succeeded", limit: "200" });
     if (cursor) query.set("cursor", cursor);
     const page = await getJson(`/v1/jobs?${query}`);
-    jobs.push(...page.jobs.filter((job) => job.summary));
+    jobs.push(...page.jobs.filter((job) => Object.keys(job.summary?.metrics ?? {}).length));
     cursor = page.next;
   } while (cursor && jobs.length < MOST);
   return jobs.sort((a, b) => new Date(a.created) - new Date(b.created));

@@ -20,9 +20,9 @@ function title(job) {
     : h("button", { type: "button", onclick: cancel }, "Cancel");
   return h("div", { class: "title-row" },
     h("div", { class: "grow" },
-      h("h1", null, job.source.name, h("span", { class: "arrow" }, " → "), job.reference.name),
+      h("h1", null, job.source.name, job.reference && [h("span", { class: "arrow" }, " → "), job.reference.name]),
       h("div", { class: "chips" },
-        chip(job.state), job.summary && chip(job.summary.outcome), job.verdict && chip(job.verdict, `gates: ${job.verdict.replace("_", " ")}`),
+        chip(job.state), job.summary?.outcome && chip(job.summary.outcome), job.verdict && chip(job.verdict, `gates: ${job.verdict.replace("_", " ")}`),
         job.labels.map((label) => h("a", { class: "tag", href: `/compare?label=${encodeURIComponent(label)}` }, label)),
         h("span", { class: "hint" }, [dateTime(job.created), took, job.attempt > 1 && `attempt ${job.attempt}`].filter(Boolean).join(" · ")))),
     actions);
@@ -74,13 +74,15 @@ async function watch(job) {
   await follow(`${path}/events`, { onEvent, signal: leaving.signal });
 }
 
-const namesOf = (job, side) => [job[side], ...job[`${side}_resources`]].map((file) => file.name);
+const filesOf = (job, side) => [job[side], ...job[`${side}_resources`]].filter(Boolean);
+
+const namesOf = (job, side) => filesOf(job, side).map((file) => file.name);
 
 const jobPaths = (job) => pathsOf({ source: namesOf(job, "source"), reference: namesOf(job, "reference") });
 
 function sent(job) {
   const listed = (files) => files.map((file) => `${file.name} (${bytes(file.size)})`).join(" with ");
-  const sides = [[job.source, ...job.source_resources], [job.reference, ...job.reference_resources]].map(listed);
+  const sides = ["source", "reference"].map((side) => filesOf(job, side)).filter((files) => files.length).map(listed);
   return [...sides, ...job.resources.map((file) => `${listed([file])} for both`)].join(", ");
 }
 
@@ -91,7 +93,7 @@ function filesCard(job) {
   const told = { mesh: "the refined mesh", report: "the report, as JSON", certificate: "the certificate", diagnostics_csv: "SCS's iterations", heatmap: "coloured by deviation", preview: "what is shown above", pictures: "from six sides" };
   const entries = Object.keys(known).filter((name) => job.links[name]);
   const paths = jobPaths(job);
-  const files = { report: known.report, source: paths.source(job.source.name), reference: paths.reference(job.reference.name), refined: known.mesh, apart: paths.apart };
+  const files = { report: known.report, source: paths.source(job.source.name), reference: job.reference && paths.reference(job.reference.name), refined: known.mesh, apart: paths.apart };
   const card = h("section", { class: "card", "aria-labelledby": "files-title" },
     h("h2", { id: "files-title" }, "Downloads"),
     h("ul", { class: "files" }, entries.map((name) => h("li", null, download(job.links[name], known[name]), h("span", { class: "soft" }, told[name])))),
@@ -103,7 +105,7 @@ function repeatCard(job) {
   const paths = jobPaths(job);
   const field = (name, path) => `  -F ${name}=@${quoted(path)}`;
   const parts = ["curl -sS --fail-with-body", ...(key() ? ['  -H "Authorization: Bearer $MESHCONE_API_KEY"'] : []),
-    field("source", paths.source(job.source.name)), field("reference", paths.reference(job.reference.name)),
+    field("source", paths.source(job.source.name)), ...(job.reference ? [field("reference", paths.reference(job.reference.name))] : []),
     ...job.source_resources.map((file) => field("source_resources", paths.source(file.name))),
     ...job.reference_resources.map((file) => field("reference_resources", paths.reference(file.name))),
     ...job.resources.map((file) => field("resources", file.name)),
@@ -112,7 +114,7 @@ function repeatCard(job) {
     `  ${location.origin}/v1/jobs`];
   return h("section", { class: "card", "aria-labelledby": "repeat-title" },
     h("h2", { id: "repeat-title" }, "Repeat this job"),
-    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
+    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].filter(Boolean).map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
     command(parts.join(" \\\n"), "Command that repeats this job"));
 }
 

@@ -39,8 +39,12 @@ export function verdictSentence(gates) {
   return "Not decided: something could not be tested.";
 }
 
+/** The files of a job: source and, unless an asset was audited by itself, reference. */
+export const pairWords = (job) => (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
+
 /** What became of the mesh, as one sentence. */
 export function outcomeSentence(report) {
+  if (report.mode === "audit") return report.changes ? changesSentence(report.changes) : "The asset was audited by itself.";
   const radius = report.frame.radius;
   const before = report.quality.input.point_to_surface.mean;
   const after = report.quality.refined?.point_to_surface.mean;
@@ -52,9 +56,16 @@ export function outcomeSentence(report) {
   return `The refined mesh is ${outcomeWords(report.outcome)}: mean deviation ${inUnits(before)} → ${inUnits(after)} model units.`;
 }
 
+function changesSentence(changes) {
+  const count = ["lost", "added", "renamed", "moved", "altered"].flatMap((kind) => Object.values(changes[kind])).reduce((sum, each) => sum + each, 0);
+  if (count === 0) return "Nothing but the surface differs from the reference.";
+  return `${count} ${count === 1 ? "thing differs" : "things differ"} from the reference besides the surface.`;
+}
+
 /** What is worst about a finished job, for a row of a table. */
 export function worstWords(summary) {
   if (!summary) return "";
   if (summary.worst) return summary.worst.words;
+  if (summary.radius === null) return "";
   return `worst deviation ${number(summary.metrics["point_to_surface.max"] * summary.radius)}`;
 }

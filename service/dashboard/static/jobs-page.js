@@ -3,7 +3,7 @@
 import { follow, getJson, said } from "meshcone/api";
 import { byId, h } from "meshcone/dom";
 import { age, dateTime } from "meshcone/format";
-import { chip, hasEnded, stageWords, worstWords } from "meshcone/job-words";
+import { chip, hasEnded, stageWords, worstWords, pairWords } from "meshcone/job-words";
 import { startSubmitting } from "meshcone/submit";
 
 const rows = byId("rows");
@@ -35,10 +35,10 @@ function row(job) {
   const verdict = job.verdict ? chip(job.verdict) : hasEnded(job) && job.state === "succeeded" ? h("span", { class: "soft" }, "no gates") : null;
   return h("tr", { "data-id": job.id },
     h("td", null,
-      h("a", { class: "pair", href: `/jobs/${job.id}` }, `${job.source.name} → ${job.reference.name}`),
-      h("div", { class: "chips" }, labels, job.mode === "measure" && h("span", { class: "tag" }, "measure"))),
+      h("a", { class: "pair", href: `/jobs/${job.id}` }, pairWords(job)),
+      h("div", { class: "chips" }, labels, ["measure", "audit"].includes(job.mode) && h("span", { class: "tag" }, job.mode))),
     stateCell(job),
-    h("td", { "data-label": "Outcome" }, job.summary ? chip(job.summary.outcome) : null),
+    h("td", { "data-label": "Outcome" }, job.summary?.outcome ? chip(job.summary.outcome) : null),
     h("td", { "data-label": "Verdict" }, verdict),
     h("td", { class: "worst", "data-label": job.state === "failed" ? "Why" : "Worst" }, job.error ? job.error.detail : worstWords(job.summary)),
     h("td", { class: "right soft", "data-label": "Age" }, h("time", { datetime: job.created, title: dateTime(job.created) }, age(job.created))));

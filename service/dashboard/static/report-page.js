@@ -20,8 +20,8 @@ function sections(asset) {
   }
   const { inputs, output } = asset.report;
   const names = ({ name, resources }) => [name, ...Object.keys(resources ?? {})];
-  const paths = pathsOf({ source: names(inputs.source), reference: names(inputs.reference) });
-  const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
+  const paths = pathsOf({ source: names(inputs.source), reference: inputs.reference ? names(inputs.reference) : [] });
+  const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: inputs.reference && paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
   const packed = byId(`preview-${asset.number}`);
   const without = packed ? null : h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
   return [without, ...reportSections(asset.report, { files, loadPreview: packed && (() => unpacked(packed)), loadPictures: asset.pictures && (async () => asset.pictures) })].filter(Boolean);

@@ -2,6 +2,7 @@
 
 import { directionsCard } from "meshcone/directions";
 import { h } from "meshcone/dom";
+import { auditCards } from "meshcone/audit-cards";
 import { number, seconds } from "meshcone/format";
 import { chip, outcomeSentence, verdictSentence } from "meshcone/job-words";
 import { metricsTable } from "meshcone/metrics-table";
@@ -14,7 +15,7 @@ const ORDER = { fail: 0, not_tested: 1, pass: 2 };
 export function verdictCard(report) {
   const { gates } = report;
   const checks = [...(gates?.checks ?? [])].sort((a, b) => ORDER[a.status] - ORDER[b.status]);
-  return h("section", { class: `card verdict ${gates?.verdict ?? report.outcome}`, "aria-label": "Verdict", "data-testid": "verdict" },
+  return h("section", { class: `card verdict ${gates?.verdict ?? report.outcome ?? ""}`, "aria-label": "Verdict", "data-testid": "verdict" },
     gates && h("p", { class: "headline" }, verdictSentence(gates)),
     report.statement && h("p", { class: gates ? "" : "headline", "data-testid": "statement" }, `${report.statement[0].toUpperCase()}${report.statement.slice(1)}.`),
     h("p", { class: gates || report.statement ? "" : "headline" }, outcomeSentence(report)),
@@ -39,13 +40,13 @@ function picturesCard(report, loadPictures) {
 
 function inputsCard(report) {
   const facts = (record) => [record.format.toUpperCase(), `${number(record.faces)} triangles`, `${number(record.welded_vertices)} vertices`, record.validity.watertight ? "watertight" : `${number(record.validity.boundary_edges)} open edges`].join(", ");
-  const stages = ["read", "align", "solve", "quality", "write"].filter((name) => report.timings[name] > 0.0005);
+  const stages = ["read", "align", "solve", "quality", "write", "audit"].filter((name) => report.timings[name] > 0.0005);
   return h("section", { class: "card", "aria-labelledby": "inputs-title" },
     h("h2", { id: "inputs-title" }, "Files and times"),
     h("dl", { class: "facts" },
       h("dt", null, "Source"), h("dd", null, `${report.inputs.source.name}: ${facts(report.inputs.source)}`),
-      h("dt", null, "Reference"), h("dd", null, `${report.inputs.reference.name}: ${facts(report.inputs.reference)}`),
-      h("dt", null, "Radius"), h("dd", null, `${number(report.frame.radius, 6)} model units`),
+      report.inputs.reference && [h("dt", null, "Reference"), h("dd", null, `${report.inputs.reference.name}: ${facts(report.inputs.reference)}`)],
+      report.frame && [h("dt", null, "Radius"), h("dd", null, `${number(report.frame.radius, 6)} model units`)],
       h("dt", null, "Time"), h("dd", null, `${seconds(report.timings.total)}: ${stages.map((name) => `${name} ${seconds(report.timings[name])}`).join(", ")}`),
       h("dt", null, "MeshCone"), h("dd", null, report.version)));
 }
@@ -62,8 +63,9 @@ export function reportSections(report, { files, loadPreview, loadWhole, loadPict
     verdictCard(report),
     viewer?.element,
     loadPictures && picturesCard(report, loadPictures),
-    metricsTable(report),
-    directionsCard(report),
+    report.quality && metricsTable(report),
+    report.quality && directionsCard(report),
+    ...auditCards(report),
     ...(report.solver ? solverPanel(report, files) : []),
     warnings(report),
     inputsCard(report),

@@ -3,6 +3,7 @@
 import { askForKey, authorization, Problem, said } from "meshcone/api";
 import { byId, h } from "meshcone/dom";
 import { bytes } from "meshcone/format";
+import { pairWords } from "meshcone/job-words";
 import { optionsForm } from "meshcone/options-form";
 import { droppedFiles, sorted } from "meshcone/sides";
 
@@ -104,7 +105,7 @@ async function submit(event) {
     }
     Object.assign(chosen, { source: null, reference: null, resources: { source: [], reference: [], both: [] } });
     for (const input of document.querySelectorAll(".slot input")) input.value = "";
-    tell("good", `Accepted: ${job.source.name} → ${job.reference.name}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
+    tell("good", `Accepted: ${pairWords(job)}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
   } catch (error) {
     tell("error", said(error));
   } finally {

@@ -233,3 +233,11 @@ def test_a_list_that_the_options_name_has_to_be_sent(http: TestClient) -> None:
     options = '{"cones": {"pin": {"vertices_file": "pins.json"}}}'
 
     assert "names 'pins.json', which was not sent" in detail(http, both(), {"options": options})
+
+
+def test_resources_of_a_reference_that_was_not_sent_are_refused(http: TestClient) -> None:
+    files = [("source", MESH), ("reference_resources", ("a.bin", b"1"))]
+
+    said = detail(http, files, {"options": '{"mode": "audit"}'})
+
+    assert said == "form field 'reference_resources' is sent without a 'reference'"
