@@ -12,6 +12,7 @@ from meshcone.gates.units import is_distance, is_size
 from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean
 
+AREA_BEYOND = "deviation.area_beyond"
 _KINDS = {
     "number": "a number",
     "interval": "a number",
@@ -41,11 +42,23 @@ def require_known(gates: GateTable, mode: Mode) -> None:
         if value is None:
             _require_no_value(known, key, rule)
             raise InputError(_unknown(key, mode))
+        _require_tolerance(key, rule)
         for bound, allowed in rule.bounds().items():
             wanted = _wanted(key, value, bound, mode)
             if wanted is not None:
                 raise InputError(f"gate '{key}': '{bound}' is for {wanted}")
             _require_possible(key, value, bound, allowed)
+
+
+def _require_tolerance(key: str, rule: GateRule) -> None:
+    """Check that what is about a tolerance says which, and nothing else does."""
+    given = [each for each in (rule.tolerance, rule.tolerance_model) if each is not None]
+    if key != AREA_BEYOND and given:
+        raise InputError(f"gate '{key}': a tolerance is for '{AREA_BEYOND}'")
+    if key == AREA_BEYOND and len(given) != 1:
+        raise InputError(f"gate '{key}' needs one of tolerance and tolerance_model")
+    if key.startswith(f"{AREA_BEYOND}."):
+        raise InputError(f"gate '{key}': the gate that has a tolerance is '{AREA_BEYOND}'")
 
 
 def _require_no_value(known: Mapping[str, Known], key: str, rule: GateRule) -> None:

@@ -14,7 +14,7 @@ from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
-from meshcone.quality.deviation.records import ProvenInterval
+from meshcone.quality.deviation.records import ProvenInterval, ShareInterval
 from meshcone.report.report import AnyReport, AuditReport, MeasureReport, Report
 
 SameReport = TypeVar("SameReport", Report, MeasureReport, AuditReport)
@@ -61,7 +61,7 @@ def _check(
     else:
         assert isinstance(allowed, float)  # noqa: S101 - require_known has seen to it
         comparison = _Comparison(report, key, rule, bound, allowed)
-        if isinstance(found.value, ProvenInterval):
+        if isinstance(found.value, ProvenInterval | ShareInterval):
             finding = comparison.with_interval(found.value)
         else:
             finding = comparison.with_value(found.value)
@@ -152,10 +152,11 @@ class _Comparison:
         position = None if within else self._worst_position()
         return _Finding(value, limit, "pass" if within else "fail", words, position)
 
-    def with_interval(self, found: ProvenInterval) -> _Finding:
+    def with_interval(self, found: ProvenInterval | ShareInterval) -> _Finding:
         """Decide by the end that proves it; between the ends nothing is decided."""
         lower, upper = found.lower, found.upper
-        if self.bound.endswith("_model"):
+        at = found.at if isinstance(found, ProvenInterval) else None
+        if self.bound.endswith("_model") and isinstance(found, ProvenInterval):
             lower, upper = found.lower_model, found.upper_model
         if self._is_upper:
             within, beyond = _at_most(upper, self.allowed), not _at_most(lower, self.allowed)
@@ -169,15 +170,15 @@ class _Comparison:
         else:
             words += "at most " if value == upper else "at least "
             words += self._with_unit(value, self.allowed)
-        if status == "fail" and self._is_upper:
-            words += f" at {point(found.at)}"
+        if status == "fail" and self._is_upper and at is not None:
+            words += f" at {point(at)}"
         words += ", allowed " if self._is_upper else ", at least "
         words += self._with_unit(self.allowed, value)
         if not self._is_upper:
             words += " required"
         if status == "not_tested":
             words += ": not decided within `deviation.pieces`"
-        position = found.at if status == "fail" else None
+        position = at if status == "fail" else None
         return _Finding(value, self.allowed, status, words, position)
 
     @property

@@ -83,6 +83,14 @@ class GateRule(BaseModel):
         None, description="globs, one of which every word must match: `M_*`"
     )
     none_match: Globs | None = Field(None, description="globs that no word may match")
+    tolerance: Number | None = Field(
+        None,
+        gt=0,
+        description="for `deviation.area_beyond`: how far away counts, relative to the radius",
+    )
+    tolerance_model: Number | None = Field(
+        None, gt=0, description="the same in the unit of the files"
+    )
     severity: Severity = Field(
         "error", description="whether a value out of bounds fails the asset or is only told"
     )

@@ -27,7 +27,9 @@ def is_distance(key: str) -> bool:
         return key.rpartition(".")[2] in _DIRECTED
     for section in ("quality.input.", "quality.refined.", "quality.floor."):
         key = key.removeprefix(section)
-    return key.partition(".")[0] in _DISTANCES and not key.endswith("_model")
+    if key.endswith("_model") or key.startswith("deviation.area_beyond"):
+        return False
+    return key.partition(".")[0] in _DISTANCES
 
 
 def is_size(key: str) -> bool:

@@ -28,7 +28,12 @@ _LEAST_CREASE, _LEAST_PRISM = 1e-3, 1e-6
 
 
 def choose_cuts(
-    corners: Floats, distances: Floats, centre_distances: Floats, face: Floats, depth: Ints
+    corners: Floats,
+    distances: Floats,
+    centre_distances: Floats,
+    face: Floats,
+    depth: Ints,
+    creases: bool,
 ) -> tuple[Ints, Floats]:
     """Choose for each of k pieces the edge to cut, and where.
 
@@ -38,6 +43,7 @@ def choose_cuts(
         centre_distances: (k,) of their centroids.
         face: (k, 3, 3) corners of the face closest to each centroid.
         depth: (k,) cuts above each piece.
+        creases: whether the largest distance is looked for.
 
     Returns:
         (k,) edges, from the corner of that number to the next, and (k,) shares of the edge.
@@ -45,9 +51,12 @@ def choose_cuts(
     sides = corners[:, [1, 2, 0]] - corners
     squared = np.einsum("kij,kij->ki", sides, sides)
     longest = squared.argmax(axis=1)
-    edge, at = _crease_cuts(distances)
-    near = centre_distances < _NEAR * np.sqrt(squared.max(axis=1))
-    turn = np.flatnonzero(near | (depth % 2 == 0) | (edge < 0))
+    turn = near = centre_distances < _NEAR * np.sqrt(squared.max(axis=1))
+    edge, at = np.full(len(corners), -1), np.full(len(corners), 0.5)
+    if creases:
+        edge, at = _crease_cuts(distances)
+        turn = near | (depth % 2 == 0) | (edge < 0)
+    turn = np.flatnonzero(turn)
     prism_edge, prism_at = _prism_cuts(corners[turn], face[turn])
     found = prism_edge >= 0
     edge[turn[found]], at[turn[found]] = prism_edge[found], prism_at[found]

@@ -8,11 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from meshcone.options.deviation import DeviationOptions
-from meshcone.quality.deviation.bars import Bars
+from meshcone.quality.deviation.area import AreaShare, area_beyond
+from meshcone.quality.deviation.bars import AreaBars, Bars
 from meshcone.quality.deviation.interval import Asked, Interval, directed_deviation
 from meshcone.quality.deviation.leaves import Leaves
 from meshcone.quality.deviation.points import Hints
-from meshcone.quality.deviation.records import Deviation, ProvenInterval
+from meshcone.quality.deviation.records import (
+    AreaBeyond,
+    Deviation,
+    ProvenInterval,
+    ShareInterval,
+)
 from meshcone.quality.sampled import SampledSurface
 from meshcone.surface import Frame
 
@@ -60,6 +66,7 @@ def prove_deviation(
             extra=_record(extra, extra.upper, frame, proven=extra.answered),
             missing=_record(missing, missing.upper, frame, proven=missing.answered),
             max=_record(farther, upper, frame, proven=both.answered_by(farther.lower, upper)),
+            area_beyond=bars.area and _area(surface, reference, frame, chosen, bars.area),
         ),
         extra=extra.leaves,
         missing=missing.leaves,
@@ -71,10 +78,55 @@ def _asked(chosen: DeviationOptions, bars: tuple[float, ...]) -> Asked:
 
 
 def _directed(surface: SampledSurface, target: SampledSurface, asked: Asked) -> Interval:
+    return directed_deviation(surface.mesh, target.mesh, asked, _hints(surface, target))
+
+
+def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
     nearest = np.zeros(len(surface.mesh.vertices), dtype=np.int64)
     found = surface.closest_on(target).faces[len(surface.samples.points) :]
     nearest[surface.mesh.used_vertices] = found
-    return directed_deviation(surface.mesh, target.mesh, asked, Hints(target.tree, nearest))
+    return Hints(target.tree, nearest)
+
+
+def _area(
+    surface: SampledSurface,
+    reference: SampledSurface,
+    frame: Frame,
+    chosen: DeviationOptions,
+    bars: AreaBars,
+) -> AreaBeyond:
+    extra, missing = (
+        area_beyond(
+            mesh.mesh,
+            other.mesh,
+            bars.tolerance,
+            bars.shares,
+            chosen.share,
+            chosen.pieces,
+            _hints(mesh, other),
+        )
+        for mesh, other in ((surface, reference), (reference, surface))
+    )
+    lower, upper = max(extra.lower, missing.lower), max(extra.upper, missing.upper)
+    return AreaBeyond(
+        lower=lower,
+        upper=upper,
+        width=upper - lower,
+        proven=extra.decided and missing.decided,
+        tolerance=bars.tolerance,
+        tolerance_model=bars.tolerance * frame.radius,
+        extra=_share(extra),
+        missing=_share(missing),
+    )
+
+
+def _share(found: AreaShare) -> ShareInterval:
+    return ShareInterval(
+        lower=found.lower,
+        upper=found.upper,
+        width=found.upper - found.lower,
+        proven=found.decided,
+    )
 
 
 def _record(found: Interval, upper: float, frame: Frame, *, proven: bool) -> ProvenInterval:

@@ -31,6 +31,27 @@ class ProvenInterval(_Record):
     )
 
 
+class ShareInterval(_Record):
+    """A share of area, known to lie between two ends; a gate can name the section itself."""
+
+    lower: float = Field(
+        description="of pieces that are farther in all of their points; it counts on the "
+        "closest points found"
+    )
+    upper: float = Field(description="1 minus the area of pieces that are proven to be within")
+    width: float = Field(description="upper minus lower")
+    proven: bool = Field(description="whether the interval is narrow, or decides the gate about it")
+
+
+class AreaBeyond(ShareInterval):
+    """Share of the area that is farther away than a tolerance: the larger of both surfaces'."""
+
+    tolerance: float = Field(description="relative to the radius")
+    tolerance_model: float = Field(description="in model units")
+    extra: ShareInterval = Field(description="of the mesh's area, from the reference")
+    missing: ShareInterval = Field(description="of the reference's area, from the mesh")
+
+
 class Deviation(_Record):
     """How far the two surfaces go from each other: of all points of all triangles."""
 
@@ -43,4 +64,7 @@ class Deviation(_Record):
     )
     max: ProvenInterval = Field(
         description="the larger of both, which is the Hausdorff distance of the surfaces"
+    )
+    area_beyond: AreaBeyond | None = Field(
+        None, description="absent unless a gate is about it, which gives the tolerance"
     )

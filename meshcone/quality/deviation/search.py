@@ -52,10 +52,28 @@ class Farthest:
     distance: float
 
 
+@dataclass(frozen=True)
+class Unsettled:
+    """Pieces whose bounds are above the bar, in the unit of :class:`Placed`.
+
+    Attributes:
+        rows: (k,) which.
+        corners: (k, 3, 3) where they are.
+        distances: (k, 3) of their corners.
+        centre_distances: (k,) of their centroids.
+    """
+
+    rows: Ints
+    corners: Floats
+    distances: Floats
+    centre_distances: Floats
+
+
 class Search:
     """How far a mesh goes from its reference, known better after every run.
 
     Attributes:
+        placed: the two meshes as the search sees them.
         pieces: what the mesh has been cut into, and what bounds each.
     """
 
@@ -70,16 +88,16 @@ class Search:
         Raises:
             InputError: a mesh has no faces or a position that is not finite.
         """
-        self._placed = Placed.of(mesh, reference)
-        self._triangles = Triangles(self._placed.reference)
+        self.placed = Placed.of(mesh, reference)
+        self._triangles = Triangles(self.placed.reference)
         hints = hints or Hints(SurfaceTree(reference))
-        self._points = KnownPoints(self._placed, hints, self._triangles)
-        self.pieces = Pieces(self._placed.mesh.faces)
+        self._points = KnownPoints(self.placed, hints, self._triangles)
+        self.pieces = Pieces(self.placed.mesh.faces)
         self._equal = self._begin()
 
     def _begin(self) -> bool:
         """Give each face a bound: 0 where the reference has it too; whether all are like that."""
-        mesh, reference = self._placed.mesh, self._placed.reference
+        mesh, reference = self.placed.mesh, self.placed.reference
         every = np.arange(len(mesh.faces))
         middle = int(np.abs(reference.corners.mean(axis=1)).sum(axis=1).argmin())
         to_middle = self._triangles.distances(mesh.vertices, np.full(len(mesh.vertices), middle))
@@ -96,19 +114,19 @@ class Search:
         """Proven: no point of the mesh is farther. In the meshes' unit."""
         if self._equal:
             return 0.0
-        return (self.pieces.largest_bound() + self._placed.rounding) * self._placed.unit
+        return (self.pieces.largest_bound() + self.placed.rounding) * self.placed.unit
 
     def farthest(self) -> Farthest:
         """Compare the farthest point met with every face of the reference."""
-        corners = self._placed.mesh.corners[self._points.farthest_face]
+        corners = self.placed.mesh.corners[self._points.farthest_face]
         weights = _weights(self._points.farthest_at, corners)
         position = weights @ corners
         height = 0.0 if self._equal else self._triangles.distance_at_least(position)
         return Farthest(
             face=self._points.farthest_face,
             weights=weights,
-            position=position * self._placed.unit + self._placed.origin,
-            distance=max(height - self._placed.rounding, 0.0) * self._placed.unit,
+            position=position * self.placed.unit + self.placed.origin,
+            distance=max(height - self.placed.rounding, 0.0) * self.placed.unit,
         )
 
     def run(self, level: Level, most_pieces: int) -> None:
@@ -118,7 +136,7 @@ class Search:
             level: in the meshes' unit; infinite once the question is answered.
             most_pieces: beyond the faces of the mesh, of all runs together.
         """
-        unit, rounding = self._placed.unit, self._placed.rounding
+        unit, rounding = self.placed.unit, self.placed.rounding
 
         def bar() -> float:
             met = self._points.farthest
@@ -127,9 +145,7 @@ class Search:
         pieces = self.pieces
         left = np.flatnonzero(~pieces.cut[: pieces.count])
         left = left[pieces.bound[left] > self._points.farthest]
-        self._look_up(left, bar)
-        for rows in _blocks(left):
-            self._guess(rows)
+        self.look_up(left, bar)
         while len(left := left[pieces.bound[left] > bar()]):
             if pieces.count - pieces.faces >= most_pieces:
                 # No more cuts, but each piece there is has a bound as good as can be.
@@ -139,21 +155,23 @@ class Search:
             now, later = _largest(left, pieces.bound[left])
             known = pieces.edge[now] >= 0
             deep = pieces.depth[now] >= MOST_CUTS_DEEP
-            fresh = np.concatenate([now[~known], self._split(now[known & ~deep])])
-            for rows in _blocks(fresh):
-                self._evaluate(rows, bar)
+            fresh = np.concatenate([now[~known], self.split(now[known & ~deep])])
+            for rows in blocks(fresh):
+                self.evaluate(rows, bar)
             left = np.concatenate([later, fresh])
 
-    def _look_up(self, rows: Ints, bar: Callable[[], float]) -> None:
-        """Ask for all corners of pieces, as long as the answer needs them."""
+    def look_up(self, rows: Ints, bar: Callable[[], float]) -> None:
+        """Ask for all corners of pieces, as long as the answer needs them, and bound these."""
         corners = np.unique(self.pieces.corners[rows])
         corners = corners[np.isnan(self._points.distances[corners])]
         first = corners[:: max(1, len(corners) // _FIRST_LOOK)]
         rest = np.setdiff1d(corners, first, assume_unique=True)
-        for part in (first, *_blocks(rest, 2 * _BLOCK)):
+        for part in (first, *blocks(rest, 2 * _BLOCK)):
             self._points.look_up(part)
             if not np.isfinite(bar()):
-                return
+                break
+        for block in blocks(rows):
+            self._guess(block)
 
     def _guess(self, rows: Ints) -> None:
         """Bound pieces by how far a corner is and how long the sides from it are."""
@@ -167,8 +185,14 @@ class Search:
         nearest = np.take_along_axis(self._points.nearest[corners], best, 1)
         self.pieces.note(rows, np.take_along_axis(reach, best, 1)[:, 0], nearest.T)
 
-    def _evaluate(self, rows: Ints, bar: Callable[[], float]) -> None:
-        """Bound pieces as well as is known; settle where those above the bar would be cut."""
+    def evaluate(self, rows: Ints, bar: Callable[[], float], *, creases: bool = True) -> Unsettled:
+        """Bound pieces as well as is known; settle where those above the bar would be cut.
+
+        Args:
+            rows: (k,) pieces.
+            bar: what they may be bounded by.
+            creases: whether the largest distance is looked for; see :mod:`.cuts`.
+        """
         pieces, points = self.pieces, self._points
         rows = rows[pieces.bound[rows] > bar()]
         corners = pieces.corners[rows]
@@ -185,8 +209,7 @@ class Search:
                     else self._triangles.distances(positions[:, corner], faces[face])
                 )
         left = self._note(rows, table[:, :3], faces[:3], bar)
-        if not len(left):
-            return
+        distances = distances[left]
         rows, positions, table, faces = (
             rows[left],
             positions[left],
@@ -202,9 +225,11 @@ class Search:
             positions[left],
             table[:, :, left],
             centre[left],
-            self._placed.reference.corners[faces[3, left]],
+            self.placed.reference.corners[faces[3, left]],
             pieces.depth[rows],
+            creases,
         )
+        return Unsettled(rows, positions[left], distances[left], centre[left])
 
     def _note(self, rows: Ints, table: Floats, faces: Ints, bar: Callable[[], float]) -> Ints:
         """Take the bounds of (3, f, k) distances; the places of pieces still above the bar."""
@@ -217,7 +242,8 @@ class Search:
         self.pieces.note(rows[left], bound, faces[:, left], weights)
         return left[self.pieces.bound[rows[left]] > bar()]
 
-    def _split(self, rows: Ints) -> Ints:
+    def split(self, rows: Ints) -> Ints:
+        """Cut pieces where it was settled; the halves, of which twice as many come back."""
         pieces, points = self.pieces, self._points
         order, edge = np.arange(len(rows)), pieces.edge[rows].astype(np.int64)
         corners = pieces.corners[rows]
@@ -226,7 +252,8 @@ class Search:
         return pieces.split(rows, points.add(cut, pieces.face[rows].astype(np.int64)))
 
 
-def _blocks(rows: Ints, size: int = _BLOCK) -> list[Ints]:
+def blocks(rows: Ints, size: int = _BLOCK) -> list[Ints]:
+    """Rows in portions that are worked on at a time."""
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 

@@ -201,3 +201,38 @@ def test_a_refinement_that_kept_its_input_is_proven_too() -> None:
     report = refine(spiked(0.1)[0], reference(), options).report
     assert report.deviation is not None
     assert report.deviation.extra.upper_model == pytest.approx(0.1, abs=3e-4)
+
+
+def test_a_spike_is_beyond_a_tolerance_on_a_small_share_of_the_area() -> None:
+    rule = {"tolerance_model": 0.02, "max": 0.05, "unit": "mm"}
+    report = measured(spiked(0.1)[0], {"deviation.area_beyond": rule})
+    assert report.deviation is not None
+    found = report.deviation.area_beyond
+    assert found is not None
+    assert found.tolerance == pytest.approx(0.02 / RADIUS)
+    assert 0 < found.upper <= 0.05
+    assert only_check(report).status == "pass"
+
+
+def test_too_much_area_beyond_a_tolerance_fails() -> None:
+    rule = {"tolerance_model": 0.02, "max": 0.0001}
+    check = only_check(measured(spiked(0.1)[0], {"deviation.area_beyond": rule}))
+    assert check.status == "fail"
+    assert check.words.startswith("share of the area beyond the tolerance at least 0.0")
+
+
+@pytest.mark.parametrize(
+    ("key", "rule", "words"),
+    [
+        ("deviation.area_beyond", {"max": 0.1}, "needs one of tolerance"),
+        ("deviation.area_beyond", {"max": 0.1, "tolerance": 1.0, "tolerance_model": 1.0}, "one of"),
+        ("deviation.area_beyond", {"max_model": 0.1, "tolerance": 1.0}, "for distances"),
+        ("deviation.area_beyond.extra", {"max": 0.1}, "the gate that has a tolerance"),
+        ("deviation.max", {"max": 0.1, "tolerance": 1.0}, "a tolerance is for"),
+    ],
+)
+def test_a_tolerance_belongs_to_the_area_beyond_it(
+    key: str, rule: dict[str, object], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        measured(reference(), {key: rule})
