@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, options_from
-from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
+from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.auditing.records import AssetAudit, Changes
@@ -32,6 +32,7 @@ def command(
     profile: Profile = None,
     schema: Schema = None,
     product: Product = None,
+    keep: Keep = None,
     report: Annotated[
         Path | None, typer.Option(help="Report to write, as JSON.", show_default=False)
     ] = None,
@@ -44,7 +45,7 @@ def command(
     1 if it fails or could not be tested, 2 if a file cannot be used, 3 after a fault of
     MeshCone's own.
     """
-    choice = GateChoice(gates, profile, schema, product)
+    choice = GateChoice(profile, schema, product, keep, gates)
     inputs = [file, *([] if reference is None else [reference]), *choice.files()]
     require_places([report], [each for path in inputs for each in files_of(path)])
     options = options_from(assignments)

@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
-from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
+from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun
@@ -41,6 +41,7 @@ def command(
     ] = False,
     schema: Schema = None,
     product: Product = None,
+    keep: Keep = None,
     manifest: Annotated[
         Path | None,
         typer.Option(
@@ -112,7 +113,7 @@ def command(
         "markdown": markdown_file,
     }
     wanted = {name: path for name, path in outputs.items() if path is not None}
-    choice = GateChoice(gates, profile, schema, product)
+    choice = GateChoice(profile, schema, product, keep, gates)
     require_places(wanted.values(), [*choice.files(), *([] if manifest is None else [manifest])])
     _require_label(label)
     if choice == GateChoice():

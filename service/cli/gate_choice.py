@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,7 +13,7 @@ from meshcone.local_files import read_bytes
 
 if TYPE_CHECKING:
     from meshcone.gates.files import GateFile
-    from meshcone.gates.rules import GateRule
+    from meshcone.gates.rules import GateRule, GateTable
     from meshcone.options import Mode
 
 Gates = Annotated[
@@ -35,16 +35,26 @@ Product = Annotated[
     Path | None,
     typer.Option(help="Dimensions of the product, for --schema, as JSON.", show_default=False),
 ]
+Keep = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES",
+        help="What must not differ from the reference: uvs, materials, textures, animations, "
+        "hierarchy, with commas between them, or all.",
+        show_default=False,
+    ),
+]
 
 
 @dataclass(frozen=True)
 class GateChoice:
-    """Where gates come from: a profile, a schema and a file, each in place of those before it."""
+    """Where gates come from; those of a later one replace those of the same name."""
 
-    gates: Path | None = None
     profile: str | None = None
     schema: Path | None = None
     product: Path | None = None
+    keep: str | None = None
+    gates: Path | None = None
 
     def files(self) -> list[Path]:
         """What is read for it."""
@@ -57,7 +67,8 @@ class GateChoice:
             InputError: a file or a profile cannot be used.
         """
         from meshcone.gates.auditor import gates_of_schema
-        from meshcone.gates.files import parse_gate_file
+        from meshcone.gates.files import parse_gate_file, parse_gates
+        from meshcone.gates.keep import keep_gates
         from meshcone.gates.profile import profile
 
         if self.product is not None and self.schema is None:
@@ -69,6 +80,10 @@ class GateChoice:
             product = None if self.product is None else _named(self.product)
             schema = gates_of_schema(_named(self.schema), product, mode)
             found = schema if found is None else schema.over(found)
+        if self.keep is not None:
+            names = [name.strip() for name in self.keep.split(",")]
+            kept = parse_gates({"gates": _as_document(keep_gates(names))}, mode)
+            found = kept if found is None else kept.over(found)
         if self.gates is not None:
             found = parse_gate_file(*_named(self.gates), mode, found)
         return found
@@ -85,6 +100,10 @@ class GateChoice:
         found = self.read(mode)
         name = as_text(asset.as_posix())
         return {} if found is None else dict(found.for_asset(name, level_of(name)))
+
+
+def _as_document(table: GateTable) -> dict[str, dict[str, Any]]:
+    return {key: rule.model_dump(exclude_defaults=True) for key, rule in table.items()}
 
 
 def _named(path: Path) -> tuple[str, bytes]:

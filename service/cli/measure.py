@@ -9,7 +9,7 @@ import typer
 from meshcone.errors import InputError
 from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
-from service.cli.gate_choice import GateChoice, Gates, Product, Profile, Schema
+from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
 
 if TYPE_CHECKING:
     from meshcone.report.report import MeasureReport
@@ -28,6 +28,7 @@ def command(
     profile: Profile = None,
     schema: Schema = None,
     product: Product = None,
+    keep: Keep = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
     per: Per = None,
     assignments: Assignments = None,
@@ -38,7 +39,7 @@ def command(
     file cannot be used, 3 after a fault of MeshCone's own.
     """
     options = options_from(assignments, per=per)
-    table = GateChoice(gates, profile, schema, product).for_file(source, "measure")
+    table = GateChoice(profile, schema, product, keep, gates).for_file(source, "measure")
     if table and options.gates:
         raise InputError("'gates' are set twice, by --set and by a file, profile or schema")
     if table:

@@ -10,6 +10,7 @@ import pytest
 from meshcone.errors import InputError
 from meshcone.gates.auditor import gates_of_schema
 from meshcone.gates.files import GateFile, parse_gate_file
+from meshcone.gates.keep import keep_gates
 from meshcone.gates.profile import PROFILES, profile
 from meshcone.options import Mode
 
@@ -168,3 +169,27 @@ def test_a_schema_that_the_auditor_would_not_know_is_refused(
 def test_a_product_without_a_side_is_refused() -> None:
     with pytest.raises(InputError, match=r"product\.json: 'dimensions.height'"):
         of_schema({"version": "1.0.0"}, {"dimensions": {"length": 1, "width": 1}})
+
+
+def test_what_is_to_be_kept_must_not_change_in_any_way() -> None:
+    gates = keep_gates(["uvs", "animations"])
+
+    assert set(gates) == {
+        f"changes.{kind}.{what}"
+        for kind in ("lost", "added", "renamed", "moved", "altered")
+        for what in ("uv_sets", "animations", "skins", "morph_targets")
+    }
+    assert {rule.max for rule in gates.values()} == {0}
+
+
+def test_all_is_everything_but_what_exporters_add() -> None:
+    gates = keep_gates(["all"])
+
+    assert "changes.lost.extensions" in gates
+    assert "changes.added.cameras" in gates
+    assert "changes.added.extensions" not in gates
+
+
+def test_nothing_unknown_can_be_kept() -> None:
+    with pytest.raises(InputError, match="unknown 'uv'; did you mean 'uvs'"):
+        keep_gates(["uv"])
