@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from meshcone.appearance.texture import placed, sample
 from meshcone.assets import Asset
-from meshcone.assets.content import Content, Draw, Image, Material, TextureUse
-from meshcone.assets.pictures import PictureDecoder, UndecodableError, read_picture
+from meshcone.assets.content import Content, Draw, Material, TextureUse
+from meshcone.assets.pictures import Picture, PictureDecoder, UndecodableError, read_picture
 from meshcone.surface.arrays import Floats, Ints
 
 _DEFAULT = Material("")
@@ -96,7 +96,7 @@ class Paint:
         bounds = np.searchsorted(owners[rows[order]], np.arange(len(self._drawn) + 1))
         colours = np.empty((len(faces), 4))
         with PictureDecoder() as decoder:
-            images = _Images(self._content.images, decoder)
+            images = _Images(self._pictures, decoder)
             for number in self._by_image:
                 here = order[bounds[number] : bounds[number + 1]]
                 if len(here):
@@ -145,6 +145,13 @@ class Paint:
         uses = [_texture(material) for _, material in self._drawn]
         images = [-1 if use is None or use.image is None else use.image for use in uses]
         return list(np.argsort(images, kind="stable"))
+
+    @cached_property
+    def _pictures(self) -> Mapping[int, Picture]:
+        """The images that colours are read from, by their numbers."""
+        uses = [_texture(material) for _, material in self._drawn]
+        numbers = {use.image for use in uses if use is not None and use.image is not None}
+        return {number: read_picture(self._content.images[number]) for number in numbers}
 
     @cached_property
     def _places(self) -> tuple[Ints, Ints]:
@@ -199,14 +206,15 @@ class _Patch:
 
 
 class _Images:
-    """The pixels of an asset's images, one at a time."""
+    """The pixels of images, one at a time."""
 
-    def __init__(self, images: Sequence[Image], decoder: PictureDecoder) -> None:
-        self._images = images
+    def __init__(self, pictures: Mapping[int, Picture], decoder: PictureDecoder) -> None:
+        self._pictures = pictures
         self._decoder = decoder
-        self._left = _MOST_TEXELS
+        self._too_many = sum(each.texels or 0 for each in pictures.values()) > _MOST_TEXELS
         self._last: int | None = None
-        self._outcome: NDArray[np.uint8] | UndecodableError = UndecodableError("missing")
+        self._pixels: NDArray[np.uint8] | None = None
+        self._fault = ""
 
     def pixels(self, number: int | None) -> NDArray[np.uint8]:
         """(h, w, 4) of an image; what is asked for twice in a row is decoded once.
@@ -216,21 +224,20 @@ class _Images:
         """
         if number is None:
             raise UndecodableError("a texture names no image that is known")
+        if self._too_many:
+            raise UndecodableError(
+                f"its textures together have more than the {_MOST_TEXELS:,} texels decoded here"
+            )
         if number != self._last:
-            self._last, self._outcome = number, self._decoded(number)
-        if isinstance(self._outcome, UndecodableError):
-            raise self._outcome
-        return self._outcome
+            self._last = number
+            self._decode(self._pictures[number])
+        if self._pixels is None:
+            raise UndecodableError(self._fault)
+        return self._pixels
 
-    def _decoded(self, number: int) -> NDArray[np.uint8] | UndecodableError:
-        picture = read_picture(self._images[number])
-        texels = picture.texels or 0
+    def _decode(self, picture: Picture) -> None:
+        self._pixels = None
         try:
-            if texels > self._left:
-                raise UndecodableError(
-                    f"the images together have more than the {_MOST_TEXELS:,} texels decoded here"
-                )
-            self._left -= texels
-            return self._decoder.pixels(picture)
+            self._pixels = self._decoder.pixels(picture)
         except UndecodableError as error:
-            return UndecodableError(f"image '{picture.name}': {error}")
+            self._fault = f"image '{picture.name}': {error}"

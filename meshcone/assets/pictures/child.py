@@ -10,12 +10,15 @@ import io
 import struct
 import sys
 import time
+from collections.abc import Iterator
+from typing import BinaryIO
 
 from PIL import Image
 
 DECODED, REFUSED = 0, 1
 REQUEST, ANSWER = struct.Struct("<QQQ"), struct.Struct("<BQ")
 FORMATS = ("PNG", "JPEG", "WEBP")
+_ROWS = 64
 
 
 def main() -> int:
@@ -26,24 +29,40 @@ def main() -> int:
         data = source.read(length)
         _limit(memory, seconds)
         try:
-            status, answer = DECODED, _rgba(data)
+            image = _decoded(data)
         except MemoryError:
-            status, answer = REFUSED, b"it needs more memory than its size explains"
+            _refuse(sink, "it needs more memory than its size explains")
         except Exception as error:  # noqa: BLE001 - whatever Pillow raises over damaged files
-            status, answer = REFUSED, f"damaged: {error}".encode()
-        sink.write(ANSWER.pack(status, len(answer)))
-        sink.write(answer)
+            _refuse(sink, f"damaged: {error}")
+        else:
+            sink.write(ANSWER.pack(DECODED, 4 * image.width * image.height))
+            for strip in _strips(image):
+                sink.write(strip)
+            del image  # its memory is the next one's
         sink.flush()
     return 0
 
 
-def _rgba(data: bytes) -> bytes:
-    with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
-        if opened.mode.startswith("I"):  # 16 bits of grey: the upper byte of each
-            width = 2 if ";16" in opened.mode else 4
-            upper = opened.tobytes()["B" not in opened.mode :: width]
-            return Image.frombytes("L", opened.size, upper).convert("RGBA").tobytes()
-        return opened.convert("RGBA").tobytes()
+def _refuse(sink: BinaryIO, why: str) -> None:
+    reason = why.encode()
+    sink.write(ANSWER.pack(REFUSED, len(reason)) + reason)
+
+
+def _decoded(data: bytes) -> Image.Image:
+    opened = Image.open(io.BytesIO(data), formats=FORMATS)
+    opened.load()
+    if not opened.mode.startswith("I"):
+        return opened
+    # 16 bits of grey: the upper byte of each.
+    width = 2 if ";16" in opened.mode else 4
+    return Image.frombytes("L", opened.size, opened.tobytes()["B" not in opened.mode :: width])
+
+
+def _strips(image: Image.Image) -> Iterator[bytes]:
+    """RGBA of some rows at a time: a second copy of all of it would double the memory."""
+    for top in range(0, image.height, _ROWS):
+        box = (0, top, image.width, min(top + _ROWS, image.height))
+        yield image.crop(box).convert("RGBA").tobytes()
 
 
 def _limit(memory: int, seconds: int) -> None:

@@ -23,7 +23,7 @@ from meshcone.assets.pictures.picture import MOST_TEXELS, Picture, UndecodableEr
 _CHILD = Path(__file__).with_name("child.py")
 _CHANNELS = 4
 _BASE_MEMORY = 256 << 20  # Python and Pillow, idle
-_MEMORY_PER_TEXEL = 24  # three copies as RGBA, and the coefficients of a progressive JPEG
+_MEMORY_PER_TEXEL = 16  # twice as RGBA, or once and the coefficients of a progressive JPEG
 _BASE_SECONDS = 5
 _TEXELS_PER_SECOND = 4 << 20  # a tenth of what it does on a slow machine
 _LONGEST_REASON = 200

@@ -142,3 +142,15 @@ def test_a_material_that_no_library_defines_has_no_known_colour() -> None:
     assert np.isnan(found).all()
     assert not paint.has_colour
     assert paint.why_unknown == "a.obj: no library defines the material 'skin'"
+
+
+def test_more_texels_than_are_decoded_together_leave_all_colours_unknown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("meshcone.appearance.paint._MOST_TEXELS", 64 * 32 - 1)
+    paint = Paint(read_asset("a.gltf", painted(encoded(picture(64, 32)))))
+
+    (found,) = paint.colours([Spots(np.array([5]), np.full((1, 3), 1 / 3))])
+
+    assert np.isnan(found).all()
+    assert "its textures together have more than the 2,047 texels" in (paint.why_unknown or "")

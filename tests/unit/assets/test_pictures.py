@@ -43,6 +43,29 @@ def test_an_image_has_the_pixels_that_pillow_reads(kind: str, decoder: PictureDe
     assert (found == np.asarray(Pillow.open(io.BytesIO(data)).convert("RGBA"))).all()
 
 
+@pytest.mark.parametrize("mode", ["P", "RGB", "RGBA", "LA", "L", "1"])
+def test_every_kind_of_png_has_the_pixels_that_pillow_reads(
+    mode: str, decoder: PictureDecoder
+) -> None:
+    see_through = {"P": 3, "RGB": (9, 9, 9)}
+    image = Pillow.fromarray(picture(40, 200)).convert(mode)
+    out = io.BytesIO()
+    image.save(out, "PNG", **({"transparency": see_through[mode]} if mode in see_through else {}))
+
+    found = decoder.pixels(read(out.getvalue()))
+
+    assert (found == np.asarray(Pillow.open(out).convert("RGBA"))).all()
+
+
+def test_a_large_progressive_photograph_fits_into_the_memory_it_is_given(
+    decoder: PictureDecoder,
+) -> None:
+    rng = np.random.default_rng(1)
+    data = encoded(rng.integers(0, 256, (2000, 2000, 3), dtype=np.uint8), "JPEG", progressive=True)
+
+    assert decoder.pixels(read(data)).shape == (2000, 2000, 4)
+
+
 def test_sixteen_bits_of_grey_are_cut_to_eight(decoder: PictureDecoder) -> None:
     grey = np.array([[0, 255, 256, 0x1234, 0xFFFF]], dtype=np.uint16)
     out = io.BytesIO()
