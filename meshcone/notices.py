@@ -119,6 +119,10 @@ class Code(StrEnum):
     WRITING_DRACO = "writing.draco", "writing changes what is compressed with Draco"
     WRITING_MESHOPT = "writing.meshopt", "writing stores plainly what is compressed with meshopt"
     WRITING_SPLIT = "writing.split", "writing gives what several nodes or meshes share to each"
+    WRITING_TOGETHER = (
+        "writing.together",
+        "writing moves once what several nodes share, for all of them agree",
+    )
     WRITING_SELECTED = "writing.selected", "a selection leaves a part of the source as it is"
     SOLVER_UNFINISHED = (
         "solver.unfinished",

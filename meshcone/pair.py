@@ -131,12 +131,15 @@ class Pair:
             return None
         return Partition(*self.source_asset.parts(by)), Partition(*self.reference_asset.parts(by))
 
-    def warnings(self, source: Validity, reference: Validity) -> list[WarningRecord]:
+    def warnings(
+        self, source: Validity, reference: Validity, written: Asset | None = None
+    ) -> list[WarningRecord]:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.
 
         Args:
             source: what was counted on the source.
             reference: what was counted on the reference.
+            written: the refined file, if one was written.
         """
         sides: tuple[tuple[Side, Asset], ...] = (
             ("source", self.source_asset),
@@ -146,13 +149,13 @@ class Pair:
             notice.about(side, asset.name) for side, asset in sides for notice in asset.warnings
         ]
         found = data_warnings(self.source, self.reference, source, reference, self.frame)
-        return told + self._writing() + found
+        return told + self._writing(written) + found
 
-    def _writing(self) -> list[WarningRecord]:
+    def _writing(self, written: Asset | None) -> list[WarningRecord]:
         """What of the source stays although it could move, and what is changed besides."""
-        if self.policy is None:
+        if self.policy is None or written is None:
             return []
-        told = list(self.source_asset.changes(self.policy))
+        told = list(self.source_asset.changes(self.policy, written))
         selected = self.policy.selected
         if selected is not None:
             fixed = self.fixed

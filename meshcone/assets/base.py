@@ -171,8 +171,13 @@ class Asset(abc.ABC):
             InputError: saying what in the file stands in the way.
         """
 
-    def changes(self, policy: WritePolicy) -> tuple[Notice, ...]:  # noqa: ARG002
-        """What writing changes of the file besides positions and normals."""
+    def changes(self, policy: WritePolicy, written: Asset) -> tuple[Notice, ...]:  # noqa: ARG002
+        """What was changed of the file besides positions and normals.
+
+        Args:
+            policy: what the file was written under.
+            written: what was written.
+        """
         return ()
 
     def patched(self, vertices: NDArray[np.float64], policy: WritePolicy = _DEFAULT) -> bytes:

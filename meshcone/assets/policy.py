@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NormalsPolicy = Literal["recompute", "keep"]
-InstancesPolicy = Literal["refuse", "split"]
+InstancesPolicy = Literal["auto", "split", "refuse"]
 DracoPolicy = Literal["plain", "encode"]
 PosePolicy = Literal["rest", "bind"]
 
@@ -21,8 +21,9 @@ class WritePolicy:
     Attributes:
         normals: ``recompute`` also writes stored normals (see ``normals.py`` for the rule),
             ``keep`` leaves them alone.
-        instances: what happens to a mesh or vertex data used more than once: ``refuse`` it, or
-            ``split`` it into a copy for each use that moves.
+        instances: what happens to a mesh or vertex data used more than once: ``refuse`` it,
+            ``split`` it into a copy for each use that moves, or, with ``auto``, split what cannot
+            be moved once because its uses ask for different shapes.
         draco: whether what was compressed with Draco is written as ``plain`` buffers or
             compressed again (``encode``).
         selected: (m,) faces that may move, or None for all. A vertex of any other face stays,

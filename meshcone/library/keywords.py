@@ -17,7 +17,7 @@ class OptionKeywords(TypedDict, total=False):
     effort: Literal["fast", "best"]
     align: Literal["none", "rigid", "similarity"]
     normals: Literal["recompute", "keep"]
-    instances: Literal["refuse", "split"]
+    instances: Literal["auto", "split", "refuse"]
     pose: Literal["rest", "bind"]
     draco: Literal["plain", "encode"]
     select: Mapping[str, Any]

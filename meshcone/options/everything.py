@@ -58,10 +58,11 @@ class Options(Section):
     normals: Literal["recompute", "keep"] = Field(
         "recompute", description="what happens to stored normals where positions moved"
     )
-    instances: Literal["refuse", "split"] = Field(
-        "refuse",
+    instances: Literal["auto", "split", "refuse"] = Field(
+        "auto",
         description="what happens to a mesh that several nodes of a glTF use, and to vertex "
-        "data that several meshes share: refuse, or split into copies",
+        "data that several meshes share: auto moves it once where all of them agree and else "
+        "splits it, split makes copies, refuse refuses",
     )
     pose: Literal["rest", "bind"] = Field(
         "rest",

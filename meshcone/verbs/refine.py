@@ -209,7 +209,7 @@ def _report(
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,
         certificate=certificate,
-        warnings=pair.warnings(*validity)
+        warnings=pair.warnings(*validity, written.asset)
         + appearance_warnings(appearance)
         + _solver_warnings(solver, solved),
         timings=Timings(read=0, quality=0, total=0, metrics=scorer.seconds),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from meshcone.assets.base import Asset, naming
 from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
+from meshcone.assets.gltf.agreement import agreeing_meshes
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import split_glb
 from meshcone.assets.gltf.content import read_content
@@ -17,6 +18,7 @@ from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
 from meshcone.assets.gltf.extensions import check_untouched
+from meshcone.assets.gltf.instancing import as_nodes
 from meshcone.assets.gltf.model import Model
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
@@ -60,6 +62,11 @@ def read_gltf(
     return GltfAsset(name, data, Model.read(data, None, resources, limits, pose))
 
 
+_COPIED = {
+    "nodes": ("node", "nodes"),
+    "meshes": ("mesh", "meshes"),
+    "accessors": ("accessor", "accessors"),
+}
 _DRACO_CHANGES: dict[DracoPolicy, str] = {
     "plain": "what is compressed with Draco is written as plain buffers; draco=encode compresses "
     "it again",
@@ -87,7 +94,7 @@ class GltfAsset(Asset):
             weld_surface(scene.positions, scene.triangles),
             regions=scene_regions(model.document.root, scene),
             polygons=sum(len(placed.triangles) for placed in scene.primitives),
-            meshes=len({block.placement.node for block in scene.blocks}),
+            meshes=len({(b.placement.node, b.placement.instance) for b in scene.blocks}),
             materials=len({placed.primitive.material for placed in scene.primitives} - {None}),
             warnings=scene.warnings,
         )
@@ -106,36 +113,62 @@ class GltfAsset(Asset):
         with naming(self.name):
             self._writable(policy or WritePolicy())
 
-    def changes(self, policy: WritePolicy) -> tuple[Notice, ...]:
+    def changes(self, policy: WritePolicy, written: Asset) -> tuple[Notice, ...]:
         """See :meth:`Asset.changes`."""
+        if not isinstance(written, GltfAsset):
+            raise TypeError("a glTF is written as a glTF")
+        if written._data == self._data:
+            return ()
         told = []
         if self._model.compressed:
             told.append(Notice(Code.WRITING_DRACO, _DRACO_CHANGES[policy.draco]))
         if self._model.expanded:
             words = "what is compressed with meshopt is written as plain buffers"
             told.append(Notice(Code.WRITING_MESHOPT, words))
-        before, after = self._model.document.root, self._writable(policy).document.root
-        copied = len(after.children("meshes")) - len(before.children("meshes"))
-        apart = len(after.children("accessors")) - len(before.children("accessors"))
-        if apart:
-            added = [_count(copied, "mesh", "meshes")] if copied else []
-            added.append(_count(apart, "accessor", "accessors"))
+        before, after = self._model.document.root, written._model.document.root
+        added = [
+            _count(number, *kind)
+            for key, kind in _COPIED.items()
+            if (number := len(after.children(key)) - len(before.children(key)))
+        ]
+        if added:
             words = "vertex data that several nodes or meshes share were split; added: "
-            told.append(Notice(Code.WRITING_SPLIT, words + " and ".join(added)))
+            *others, last = added
+            words += ", ".join(others) + (" and " if others else "") + last
+            told.append(Notice(Code.WRITING_SPLIT, words))
+        elif policy.instances == "auto" and self._shared(policy):
+            words = "meshes that several nodes share were moved once, for every node agrees"
+            told.append(Notice(Code.WRITING_TOGETHER, words))
         return tuple(told)
 
-    def _writable(self, policy: WritePolicy) -> Model:
-        """The model to write into: what is shared is split, if the policy says so."""
+    def _shared(self, policy: WritePolicy) -> bool:
+        """Whether something that may move is used more than once."""
+        moving = Moving.of(self._model.scene, self._surface, policy)
+        used = [block.accessor.index for block in moving.blocks]
+        return len(set(used)) < len(used)
+
+    def _writable(self, policy: WritePolicy, together: frozenset[int] = frozenset()) -> Model:
+        """The model to write into: what is shared is split, if the policy says so.
+
+        Args:
+            policy: what may change.
+            together: meshes that are moved once for all nodes that use them.
+        """
         model = self._model
         if policy.draco == "encode" and model.compressed:
             check_encodable(model.compressed.primitives)
-        if policy.instances == "split":
-            moving = Moving.of(model.scene, self._surface, policy)
+        if policy.instances != "refuse":
+            moving = Moving.of(model.scene, self._surface, policy, together)
+            placements = [block.placement for block in moving.blocks]
+            alone = {each.node for each in placements if each.mesh not in together}
+            apart = as_nodes(model.document, model.accessors, sorted(alone), model.limits)
+            model = self._rebuilt(*apart) if apart else model
+            moving = Moving.of(model.scene, self._surface, policy, together)
             split = split_shared(model.document, model.accessors, moving, model.limits)
             if split and model.compressed and policy.draco == "encode":
                 raise InputError("copies of what is shared cannot be compressed; set draco=plain")
             model = self._rebuilt(*split) if split else model
-        moving = Moving.of(model.scene, self._surface, policy)
+        moving = Moving.of(model.scene, self._surface, policy, together)
         check_untouched(
             model.document.root,
             model.document.unknown,
@@ -154,7 +187,13 @@ class GltfAsset(Asset):
         positions, moved = self._scattered(vertices)
         if not moved.any():
             return self._data
-        model = self._writable(policy)
+        together: frozenset[int] = frozenset()
+        if policy.instances == "auto":
+            moving = Moving.of(self._model.scene, self._surface, policy)
+            together = agreeing_meshes(
+                self._model.document, self._model.accessors, moving, positions, moved
+            )
+        model = self._writable(policy, together)
         roomier = make_room(model, positions, moved)
         model = self._rebuilt(*roomier) if roomier else model
         editor = BufferEditor(model.accessors)

@@ -15,7 +15,7 @@ VISIBILITY = "KHR_node_visibility"
 LEVELS = "MSFT_lod"
 RELATIVE_TO_CENTER = "CESIUM_RTC"
 
-_UNDERSTOOD = {DRACO, *MESHOPT, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
+_UNDERSTOOD = {INSTANCING, DRACO, *MESHOPT, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
 # What these say is of looks, behaviour or meaning; none moves a vertex or needs to know where
 # one is.
 _APART_PREFIXES = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,15 +23,22 @@ class Moving:
         rows: (r,) raw vertices that may move.
         shaded: (p,) primitives of the scene whose shading may change.
         with_shading: whether normals and tangents are written.
+        together: meshes that are moved once for all nodes that use them.
     """
 
     scene: Scene
     rows: NDArray[np.bool_]
     shaded: NDArray[np.bool_]
     with_shading: bool
+    together: frozenset[int] = frozenset()
 
     @staticmethod
-    def of(scene: Scene, surface: WeldedSurface, policy: WritePolicy) -> Moving:
+    def of(
+        scene: Scene,
+        surface: WeldedSurface,
+        policy: WritePolicy,
+        together: frozenset[int] = frozenset(),
+    ) -> Moving:
         """Apply a policy to a scene and the surface welded from it."""
         fixed = policy.fixed_vertices(surface.faces, len(surface.vertices))
         rows = surface.weld >= 0
@@ -40,7 +47,15 @@ class Moving:
         selected[surface.kept] = True if policy.selected is None else policy.selected
         ends = np.cumsum([len(placed.triangles) for placed in scene.primitives])
         counts = np.concatenate([[0], np.cumsum(selected)])[np.concatenate([[0], ends])]
-        return Moving(scene, rows, np.diff(counts) > 0, policy.normals == "recompute")
+        shaded = np.diff(counts) > 0
+        return Moving(scene, rows, shaded, policy.normals == "recompute", together)
+
+    def home(self, block: Block) -> Hashable:
+        """What a block has to itself: a place of its mesh, or the mesh at all its places."""
+        placement = block.placement
+        if placement.mesh in self.together:
+            return placement.mesh
+        return placement.node, placement.instance
 
     def moves(self, block: Block) -> bool:
         """Whether some vertex of a block may move."""

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import (
-    INSTANCING,
     LEVELS,
     RELATIVE_TO_CENTER,
     VISIBILITY,
     extension_of,
 )
+from meshcone.assets.gltf.instancing import instances
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -38,6 +39,7 @@ class Placement:
         mirrored: whether the node's own transform turns the winding around (section 3.7.4).
         skinned: whether the node has a skin.
         lineage: the node and those above it.
+        instance: which of the node's instances, if it has any (EXT_mesh_gpu_instancing).
     """
 
     node: int
@@ -46,6 +48,7 @@ class Placement:
     mirrored: bool
     skinned: bool
     lineage: Lineage
+    instance: int | None = None
 
     def path(self) -> Iterator[int]:
         """The node, its parent, and so on up to a root."""
@@ -76,8 +79,15 @@ class Placements:
     origin: NDArray[np.float64]
     worlds: dict[int, NDArray[np.float64]]
 
+    def add(self, placement: Placement) -> None:
+        """Take a mesh as shown, unless there is nothing of it to see."""
+        if _rank(placement.matrix) < _PLANE:
+            self.flattened.append(placement.node)
+        else:
+            self.shown.append(placement)
 
-def place_meshes(root: Element, limits: Limits) -> Placements:
+
+def place_meshes(root: Element, accessors: Accessors, limits: Limits) -> Placements:
     """Every mesh of the default scene.
 
     Without a default scene the first is taken, and without any scene all root nodes.
@@ -116,20 +126,21 @@ def place_meshes(root: Element, limits: Limits) -> Placements:
         here = (index, above)
         mesh = node.reference("mesh", meshes, "mesh")
         if mesh is not None:
-            if extension_of(node, INSTANCING) is not None:
-                raise node.error(
-                    "extensions", f"uses '{INSTANCING}'; export each instance as a node of its own"
-                )
             skinned = "skin" in node.value
-            matrix = _IDENTITY if skinned else world
+            copies = None if skinned or hidden is not None else instances(node, accessors)
             if hidden is not None:
                 hidden.append(index)
-            elif _rank(matrix) < _PLANE:
-                placements.flattened.append(index)
+            elif copies is None:
+                matrix = _IDENTITY if skinned else world
+                placements.add(Placement(index, mesh, matrix, _mirrors(world), skinned, here))
             else:
-                mirrored = np.linalg.slogdet(world[:3, :3]).sign < 0
-                placement = Placement(index, mesh, matrix, bool(mirrored), skinned, here)
-                placements.shown.append(placement)
+                total = len(placements.shown) + len(copies)
+                limits.check("meshes", total, "meshes placed", place=node.pointer)
+                for number, members in enumerate(copies):
+                    matrix = world @ local_matrix(Element(members, node.place("extensions")))
+                    placements.add(
+                        Placement(index, mesh, matrix, _mirrors(matrix), False, here, number)
+                    )
         below = reversed(children[index])
         waiting += [(child, world, depth + 1, here, hidden) for child in below]
     return placements
@@ -157,6 +168,10 @@ def _levels(nodes: list[Element]) -> set[int]:
 def _is_off(node: Element) -> bool:
     extension = extension_of(node, VISIBILITY)
     return extension is not None and "visible" in extension.value and not extension.flag("visible")
+
+
+def _mirrors(matrix: NDArray[np.float64]) -> bool:
+    return bool(np.linalg.slogdet(matrix[:3, :3]).sign < 0)
 
 
 def _rank(matrix: NDArray[np.float64]) -> int:

@@ -57,7 +57,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
     ):
         if indices:
             kind = "node" if array is nodes else "mesh"
-            yield _about(code, kind, [array[index] for index in sorted(indices)], words)
+            yield _about(code, kind, [array[index] for index in sorted(set(indices))], words)
     for code, elements, words in (
         (Code.PRIMITIVES_EMPTY, found.empty, "without vertices or enough indices: not drawn"),
         (Code.INDICES_LEFT_OVER, found.ragged, "with indices left over, which make no triangle"),

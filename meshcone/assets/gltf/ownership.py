@@ -8,7 +8,7 @@ before any solving is done.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.scene import Block, mesh_name
 from meshcone.errors import InputError
 
-# Attribute, node, and the bytes of the positions it belongs to.
-Owner = tuple[str, int, tuple[Region, ...]]
+# Attribute, what it is moved for, and the bytes of the positions it belongs to.
+Owner = tuple[str, Hashable, tuple[Region, ...]]
 
 # Accessors may declare the same bytes any number of times; this bounds the time to compare them.
 _COMPARED_BYTES_PER_BYTE = 64
@@ -33,7 +33,7 @@ def check_ownership(document: Document, accessors: Accessors, moving: Moving) ->
         InputError: a mesh or accessor is used twice, a node or joints flatten what they place, or
             bytes are shared.
     """
-    _check_instances(document, moving.blocks)
+    _check_instances(document, moving)
     for block in moving.blocks:
         _check_transform(document, block, moving.rows[block.rows])
     owners = _owners(moving)
@@ -41,27 +41,33 @@ def check_ownership(document: Document, accessors: Accessors, moving: Moving) ->
     _check_shared_bytes(document, accessors, owners)
 
 
-def _check_instances(document: Document, blocks: list[Block]) -> None:
+def _check_instances(document: Document, moving: Moving) -> None:
     meshes = document.root.children("meshes")
     nodes_of_mesh: dict[int, list[int]] = defaultdict(list)
     for index, node in enumerate(document.root.children("nodes")):
         mesh = node.reference("mesh", len(meshes), "mesh")
         if mesh is not None:
             nodes_of_mesh[mesh].append(index)
-    for block in blocks:
-        mesh = block.placement.mesh
-        if len(nodes_of_mesh[mesh]) > 1:
+    for block in moving.blocks:
+        placement = block.placement
+        if placement.mesh in moving.together:
+            continue
+        users = nodes_of_mesh[placement.mesh]
+        if len(users) > 1 or placement.instance is not None:
+            used = f"used by {_listed('node', users)}" if len(users) > 1 else "placed many times"
             raise InputError(
-                f"{mesh_name(meshes, mesh)} is used by {_listed('node', nodes_of_mesh[mesh])}; "
+                f"{mesh_name(meshes, placement.mesh)} is {used}; "
                 "one mesh cannot take several shapes: give each node a mesh of its own, "
                 "or set instances=split",
-                place=f"/meshes/{mesh}",
+                place=f"/meshes/{placement.mesh}",
             )
-    meshes_of_accessor: dict[int, list[int]] = defaultdict(list)
-    for block in blocks:
-        meshes_of_accessor[block.accessor.index].append(block.placement.mesh)
-    for accessor, users in meshes_of_accessor.items():
-        if len(users) > 1:
+    blocks_of_accessor: dict[int, list[Block]] = defaultdict(list)
+    for block in moving.blocks:
+        blocks_of_accessor[block.accessor.index].append(block)
+    for accessor, blocks in blocks_of_accessor.items():
+        together = {block.placement.mesh for block in blocks} <= moving.together
+        if len(blocks) > 1 and not (together and len(set(map(moving.home, blocks))) == 1):
+            users = [block.placement.mesh for block in blocks]
             raise InputError(
                 f"accessor {accessor} holds the positions of {_listed('mesh', users)}; "
                 "give each mesh positions of its own, or set instances=split",
@@ -96,7 +102,7 @@ def _owners(moving: Moving) -> dict[int, Owner]:
     owners: dict[int, Owner] = {}
     for placed, role, accessor in moving.written():
         block = moving.scene.blocks[placed.block]
-        owner = (role, block.placement.node, tuple(block.accessor.regions))
+        owner = (role, moving.home(block), tuple(block.accessor.regions))
         if owners.setdefault(accessor.index, owner) != owner:
             raise InputError(
                 f"its values serve as {role} of several sets of positions; give each its own, "

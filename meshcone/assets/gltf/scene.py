@@ -113,7 +113,7 @@ class _SceneBuilder:
         self._astray = 0
 
     def build(self) -> Scene:
-        placements = place_meshes(self._document.root, self._limits)
+        placements = place_meshes(self._document.root, self._accessors, self._limits)
         if self._pose == "rest":
             self._poses = PoseReader(
                 self._document, self._accessors, self._limits, placements.worlds
@@ -146,7 +146,8 @@ class _SceneBuilder:
     def _block_number(self, placement: Placement, primitive: Primitive) -> int:
         accessor = primitive.position
         deformers = self._poses.deformers(placement, primitive) if self._poses else ()
-        key = (placement.node, accessor.index, *deformers)
+        instance = -1 if placement.instance is None else placement.instance
+        key = (placement.node, instance, accessor.index, *deformers)
         if key not in self._block_numbers:
             start = self._vertices
             self._vertices += accessor.count

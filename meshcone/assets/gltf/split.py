@@ -70,13 +70,20 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
     """The mesh each moving node shall use, by node."""
     elements = document.root.children("meshes")
     mesh_of_node = {block.placement.node: block.placement.mesh for block in moving.blocks}
+    for shared in moving.together:  # as if one node used it
+        for further in [node for node, used in mesh_of_node.items() if used == shared][1:]:
+            del mesh_of_node[further]
     users: dict[int, list[int]] = defaultdict(list)
     for index, node in enumerate(document.root.children("nodes")):
         mesh = node.reference("mesh", len(elements), "mesh")
         if mesh is not None:
             users[mesh].append(index)
     meshes: dict[int, _NodeMesh] = {}
-    kept = {mesh for mesh, nodes in users.items() if any(n not in mesh_of_node for n in nodes)}
+    kept = {
+        mesh
+        for mesh, nodes in users.items()
+        if mesh not in moving.together and any(n not in mesh_of_node for n in nodes)
+    }
     for moving_node, mesh in mesh_of_node.items():
         element = elements[mesh]
         if mesh not in kept:

@@ -160,4 +160,4 @@ def test_an_instance_that_is_not_selected_is_no_obstacle():
     asset = read_asset("mesh.glb", gltf.glb())
     asset.ensure_writable(asset.policy(parse_options({"select": {"nodes": ["Axle"]}})))
     with pytest.raises(InputError, match="instances=split"):
-        asset.ensure_writable()
+        asset.ensure_writable(asset.policy(parse_options({"instances": "refuse"})))

@@ -58,6 +58,7 @@ FAST = {"effort": "fast"}
         (quantized(), smooth(), FAST),
         (compress(ball()), smooth(), FAST),
         (compress(ball()), smooth(), {**FAST, "draco": "encode"}),
+        (two_balls(), smooth_pair(), FAST),
         (two_balls(), smooth_pair(), {**FAST, "instances": "split"}),
         (
             two_balls(),
@@ -65,7 +66,7 @@ FAST = {"effort": "fast"}
             {**FAST, "instances": "split", "select": {"nodes": ["two"]}},
         ),
     ],
-    ids=["quantized", "draco", "draco again", "split", "split and selected"],
+    ids=["quantized", "draco", "draco again", "shared", "split", "split and selected"],
 )
 def test_it_comes_closer_and_verifies(source: Gltf, reference: MeshFile, options: dict) -> None:
     evidence = Evidence.of(MeshFile("rough.glb", source.glb()), reference, options)
