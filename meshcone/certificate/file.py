@@ -46,7 +46,9 @@ class CertificateDocument(BaseModel):
     )
     reference_resources: dict[str, str] = Field(default_factory=dict)
     candidate: str = Field(description="name of the settings that were kept")
-    round_index: int = Field(ge=0, description="the last round, counted from 0")
+    round_index: int | None = Field(
+        ge=0, description="the last round, counted from 0; absent where the source was kept"
+    )
     alignment: Matrix | None = Field(
         description="(4, 4) similarity by which the source was brought to the reference first"
     )
@@ -69,6 +71,8 @@ class Closeness:
 @dataclass(frozen=True)
 class CertificateFile:
     """A certificate's contents.
+
+    Where the source was kept as it was there is no round, and n is 0.
 
     Attributes:
         document: what it belongs to.
@@ -99,6 +103,12 @@ class CertificateFile:
             tension=vertex_tension(final.multipliers, len(final.positions)),
             closeness=closeness,
         )
+
+    @staticmethod
+    def of_kept(document: CertificateDocument, closeness: Closeness) -> CertificateFile:
+        """Make a certificate of a source that was kept: of closeness alone."""
+        nowhere = np.empty((0, 3))
+        return CertificateFile(document, nowhere, nowhere, {}, np.empty(0), closeness)
 
     def to_bytes(self) -> bytes:
         """Write the archive; the same certificate gives the same bytes."""

@@ -20,12 +20,13 @@ _LARGEST_FACTOR = 100.0
 _LONGEST_VALUE = 60  # characters
 
 
-def settings_check(options: Options, *, replayed: bool = False) -> Check:
+def settings_check(options: Options, *, ranges: bool = True) -> Check:
     """List every option that differs from its default; those out of range in capitals.
 
     Args:
         options: the refinement's.
-        replayed: whether all rounds were run again: then no range is needed.
+        ranges: whether it matters that an option is out of range: not where all rounds were run
+            again, or none is claimed.
     """
     strange = dict(_out_of_range(options))
     shown = [
@@ -33,11 +34,11 @@ def settings_check(options: Options, *, replayed: bool = False) -> Check:
         for path, value in _different(options.model_dump(mode="json"), Options().model_dump())
     ]
     words = f"not the defaults: {', '.join(shown)}" if shown else "every option has its default"
-    if not strange or replayed:
+    if not strange or not ranges:
         return Check("settings", True, words)
-    ranges = "; ".join(f"{path} from {low:g} to {high:g}" for path, (low, high) in strange.items())
+    bounds = "; ".join(f"{path} from {low:g} to {high:g}" for path, (low, high) in strange.items())
     told = "optimality says something only within a range"
-    return Check("settings", False, f"{words}; {told}: {ranges}; --replay checks every round")
+    return Check("settings", False, f"{words}; {told}: {bounds}; --replay checks every round")
 
 
 def _out_of_range(options: Options) -> Iterator[tuple[str, tuple[float, float]]]:

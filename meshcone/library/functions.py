@@ -234,7 +234,7 @@ def verify(
 
     Raises:
         meshcone.errors.InputError: a file cannot be read, or there is no certificate because
-            the input was kept as it was.
+            the input was kept as it was and no proof of closeness asked for.
         meshcone.errors.ArgumentError: a mesh is missing.
     """
     from meshcone.files import MeshFile
@@ -248,7 +248,9 @@ def verify(
     if isinstance(result, Refined):
         if result.certificate is None:
             raise InputError(
-                "the result has no certificate: the input was kept as it was", file=result.name
+                "the result has no certificate: the input was kept as it was, and no proof of "
+                "closeness asked for",
+                file=result.name,
             )
         report, stored = result.report, MeshFile("certificate", result.certificate)
         own = {"source": result.source, "reference": result.reference, "refined": result}

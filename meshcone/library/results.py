@@ -118,7 +118,7 @@ class Refined(MeshHolder):
 
     @property
     def certificate(self) -> bytes | None:
-        """The certificate file; None where the input was kept or no round was asked for."""
+        """The certificate file; of a kept input, about closeness alone, or None without that."""
         return self.done.certificate
 
     @cached_property

@@ -7,6 +7,7 @@ import json
 from meshcone.report.report import SCHEMA, Report
 
 _FIRST = "meshcone.report/1"
+READABLE = (_FIRST, SCHEMA)
 
 
 def parse_report(data: bytes) -> Report:

@@ -51,7 +51,8 @@ class Refinement:
         data: the refined file, in the source's format.
         media_type: its media type.
         report: what was done and how good the result is.
-        certificate: the certificate file, or None where the input was kept or no round asked for.
+        certificate: the certificate file; of a source that was kept, it is about closeness alone.
+            None where nothing is to be proven of that either.
         scene: what there is to see of it.
     """
 
@@ -236,8 +237,6 @@ def _certificate(
     written: _Written,
     proven: ProvenDeviation | None,
 ) -> bytes | None:
-    if solved.final is None:
-        return None
     document = CertificateDocument(
         version=version("meshcone"),
         source_sha256=pair.source_file.sha256,
@@ -246,12 +245,14 @@ def _certificate(
         source_resources=pair.source_file.resource_hashes,
         reference_resources=pair.reference_file.resource_hashes,
         candidate=solved.candidate,
-        round_index=solved.final.round_index,
+        round_index=None if solved.final is None else solved.final.round_index,
         alignment=None if pair.alignment is None else pair.alignment.matrix.tolist(),
         options=options,
     )
     closeness = None if proven is None else Closeness(proven.extra, proven.missing)
-    return CertificateFile.of(solved.final, document, closeness).to_bytes()
+    if solved.final is not None:
+        return CertificateFile.of(solved.final, document, closeness).to_bytes()
+    return None if closeness is None else CertificateFile.of_kept(document, closeness).to_bytes()
 
 
 def _tension(problem: Formulated, solved: RefinedPositions) -> Floats | None:

@@ -8,6 +8,7 @@ it does not, is in ``docs/certificate.md``. :mod:`meshcone.verbs.replay` solves 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 from meshcone.certificate.checks import Check, Verification
@@ -25,7 +26,7 @@ from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
-from meshcone.report.reading import parse_report
+from meshcone.report.reading import READABLE, parse_report
 from meshcone.report.report import Report
 
 
@@ -33,15 +34,28 @@ def read_report(data: bytes, name: str) -> Report:
     """Read the report of a refinement.
 
     Raises:
-        InputError: it is none, or one without a certificate.
+        InputError: it is none, or of another version or of a measurement.
     """
     try:
-        report = parse_report(data)
+        return parse_report(data)
     except (ValueError, RecursionError):
-        raise InputError("this is not a MeshCone report", file=name) from None
-    if report.certificate is None:
-        raise InputError("the report has no certificate: the input was kept as it was", file=name)
-    return report
+        raise InputError(f"this is not a MeshCone report{_what_it_is(data)}", file=name) from None
+
+
+def _what_it_is(data: bytes) -> str:
+    """Say what a document claims to be, if it claims anything."""
+    try:
+        document = json.loads(data)
+    except (ValueError, RecursionError):
+        return ""
+    schema = document.get("schema") if isinstance(document, dict) else None
+    if not isinstance(schema, str):
+        return ""
+    if schema in READABLE:
+        if document.get("mode", "refine") != "refine":
+            return " of a refinement: nothing was refined, so that there is nothing to verify"
+        return f" of a refinement, although it says it is one: {schema}"
+    return f" that this program reads: it is of the schema {ascii(schema)[1:-1]:.60}"
 
 
 def verify(
@@ -64,26 +78,45 @@ def verify(
         InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
     stored = read_certificate(certificate.data, certificate.name)
+    round_index = stored.document.round_index
     pair = read_pair(source, reference, report.options.pose).under(report.options)
     checks = [
         *identity_checks(report, stored.document, source, reference, refined),
-        settings_check(report.options),
+        settings_check(report.options, ranges=round_index is not None),
     ]
     try:
         pair, placed = place(pair, report.options, report.alignment)
     except InputError as error:
         return Verification((*checks, Check("placed", False, str(error))))
     closeness = closeness_checks(report, stored.closeness, pair, refined.data)
-    answer = _check_answer(report, stored, pair, refined)
+    if round_index is None:
+        answer = _check_kept(report, pair, refined)
+    else:
+        answer = _check_answer(report, stored, round_index, pair, refined)
     return Verification((*checks, *placed, *closeness, *answer))
 
 
+def _check_kept(report: Report, pair: Pair, refined: MeshFile) -> Iterator[Check]:
+    """Check that the source came back as it was, and what the report then says of it."""
+    same = refined.data == pair.source_file.data
+    words = "the refined file is the source, byte for byte"
+    yield Check("kept", same, words if same else "the source was not kept: the file is another")
+    if report.certificate is not None:
+        yield Check("report", False, "the report states a last round, the certificate has none")
+    if same:
+        still = displacement_of(pair.source.vertices, pair.source.vertices)
+        yield displacement_check(still, report.displacement)
+        yield metrics_check(report, pair.source, pair.reference)
+        yield Check("road", True, "the source was kept; that no round is better: not replayed")
+
+
 def _check_answer(
-    report: Report, stored: CertificateFile, pair: Pair, refined: MeshFile
+    report: Report, stored: CertificateFile, round_index: int, pair: Pair, refined: MeshFile
 ) -> Iterator[Check]:
     problem = formulate(pair, report.options)
     try:
-        final = _rebuild(problem, stored, len(problem.into_program(pair.source.vertices)))
+        vertices = len(problem.into_program(pair.source.vertices))
+        final = _rebuild(problem, stored, round_index, vertices)
     except InputError as error:
         yield Check("program", False, str(error))
         return
@@ -102,13 +135,16 @@ def _check_answer(
 
 
 def _rebuild(
-    problem: SurfaceFormulation | CentroidFormulation, stored: CertificateFile, vertices: int
+    problem: SurfaceFormulation | CentroidFormulation,
+    stored: CertificateFile,
+    round_index: int,
+    vertices: int,
 ) -> FinalProgram:
     if len(stored.positions) != vertices:
         raise InputError("the certificate is of a mesh with another number of vertices")
     return problem.rebuild(
         stored.document.candidate,
-        stored.document.round_index,
+        round_index,
         stored.before,
         stored.positions,
         stored.multipliers,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from meshcone.errors import InputError
 from meshcone.local_files import read_bytes, read_local
 from meshcone.outputs import certificate_path
 
@@ -44,6 +45,9 @@ def command(
 
     read = read_report(read_bytes(report), report.name)
     place = certificate_path(report) if certificate is None else certificate
+    if read.certificate is None and not place.is_file():
+        words = "the report has no certificate: the input was kept, and no closeness proven"
+        raise InputError(words, file=report.name)
     evidence = (
         MeshFile(place.name, read_bytes(place)),
         read_local(source, read.options.cones.pin.vertices_file),

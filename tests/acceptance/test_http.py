@@ -171,8 +171,10 @@ def test_the_certificate_downloads_as_the_archive_it_is(http: httpx2.Client, fin
     assert 'filename="rough.report.certificate.npz"' in answer.headers["content-disposition"]
 
 
-def test_a_kept_input_has_no_certificate(client: Client, ball: MeshFile) -> None:
-    job = client.wait(client.submit(ball, ball).id)
+def test_a_kept_input_that_proves_no_closeness_has_no_certificate(
+    client: Client, ball: MeshFile
+) -> None:
+    job = client.wait(client.submit(ball, ball, {"deviation": {"prove": False}}).id)
 
     with pytest.raises(ServiceError, match="has no certificate") as refusal:
         client.certificate(job.id)

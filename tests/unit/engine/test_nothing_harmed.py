@@ -33,7 +33,7 @@ def test_other_units_come_back_as_they_were(factor: float, effort: str) -> None:
 
     assert answer.report.outcome == "misaligned"
     assert answer.data == file("s.obj", source).data
-    assert answer.certificate is None
+    assert answer.report.certificate is None
     [told] = [told for told in answer.report.warnings if told.code == "pose.misfit"]
     assert "With align=similarity" in told.words
 

@@ -6,6 +6,7 @@ wherever a file is another, and a check of the mathematics has to fail.
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,7 +21,6 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.report.report import AlignmentRecord
-from meshcone.verbs.refine import refine
 from meshcone.verbs.verify import read_report
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import CAPPED, RADIUS, SETTINGS, rough, smooth, with_a_seam
@@ -254,18 +254,25 @@ def test_a_report_that_flatters_itself_fails(capped: Evidence) -> None:
     assert replace(capped, report=report).failed() == {"report"}
 
 
-def test_a_report_without_a_certificate_is_said_to_have_none() -> None:
-    ball = smooth()
-    kept = refine(MeshFile("same.obj", ball.data), ball, parse_options({"effort": "best"}))
-
-    with pytest.raises(InputError, match="the input was kept"):
-        read_report(kept.report.model_dump_json().encode(), "report.json")
-
-
 @pytest.mark.parametrize("data", [b"", b"{}", b"[" * 100_000, b"\xff\xfe"])
 def test_what_is_no_report_is_refused(data: bytes) -> None:
     with pytest.raises(InputError, match="not a MeshCone report"):
         read_report(data, "report.json")
+
+
+@pytest.mark.parametrize(
+    ("document", "said"),
+    [
+        ({"schema": "meshcone.report/9"}, "that this program reads: it is of the schema"),
+        ({"schema": "meshcone.report/2", "mode": "measure"}, "nothing was refined"),
+        ({"schema": "meshcone.report/2", "mode": "refine"}, "although it says it is one"),
+    ],
+)
+def test_a_report_of_another_kind_is_called_by_its_name(
+    document: dict[str, str], said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        read_report(json.dumps(document).encode(), "report.json")
 
 
 def test_no_solver_is_needed(capped: Evidence, tmp_path: Any) -> None:

@@ -231,8 +231,15 @@ def test_a_report_is_verified_with_its_files(result: meshcone.Refined, tmp_path:
         meshcone.verify(tmp_path / "out.json")
 
 
-def test_a_result_that_kept_its_input_has_nothing_to_verify() -> None:
-    kept = refined(surface={"fairness": []})
+def test_a_result_that_kept_its_input_is_verified_to_be_the_input() -> None:
+    verification = meshcone.verify(refined(surface={"fairness": []}))
+
+    assert verification
+    assert "the refined file is the source, byte for byte" in str(verification)
+
+
+def test_a_result_that_kept_its_input_and_proves_nothing_has_nothing_to_verify() -> None:
+    kept = refined(surface={"fairness": []}, deviation={"prove": False})
 
     assert kept.certificate is None
     with pytest.raises(InputError, match="the result has no certificate"):
