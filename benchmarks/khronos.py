@@ -81,7 +81,7 @@ def run(path: Path, name: str, validator: Path) -> Iterator[Row]:
     except MeshConeError as error:
         yield Row(name, note=str(error), refused=error.kind)
         return
-    is_compressed = any("Draco" in words for words in asset.changes(asset.policy(_options({}))))
+    is_compressed = b"KHR_draco_mesh_compression" in source.data
     for draco in ("plain", "encode") if is_compressed else ("",):
         chosen = {"draco": draco, "instances": "refuse"} if draco == "encode" else {}
         row = Row(name, note=draco)
