@@ -62,6 +62,21 @@ class Code(StrEnum):
         "colors.not_compared",
         "colours could not be compared, for lack of an image or a material library",
     )
+    PIECES_MISSING = "pieces.missing", "a part of the reference that the source lacks"
+    PIECES_EXTRA = "pieces.extra", "a part of the source that the reference lacks"
+    PIECES_DISPLACED = (
+        "pieces.displaced",
+        "a part that is elsewhere than the part of that name in the reference, or of another shape",
+    )
+    MATERIALS_UNDEFINED = (
+        "materials.undefined",
+        "materials that faces name and no library that was sent defines",
+    )
+    MATERIALS_LIBRARY_MISSING = (
+        "materials.library_missing",
+        "material libraries that the file names and that were not sent",
+    )
+    TEXTURES_MISSING = "textures.missing", "images that the file names and that were not sent"
     PIECES_COUNT = "pieces.count", "source and reference are in different numbers of pieces"
 
     EDGES_NON_MANIFOLD = "edges.non_manifold", "edges where more than two faces meet"

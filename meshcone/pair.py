@@ -125,10 +125,8 @@ class Pair:
         """The colours of source and reference."""
         return Paint(self.source_asset), Paint(self.reference_asset)
 
-    def partitions(self, by: Division | None) -> tuple[Partition, Partition] | None:
-        """The parts of source and reference; None where nobody asks for them."""
-        if by is None:
-            return None
+    def partitions(self, by: Division) -> tuple[Partition, Partition]:
+        """The parts of source and reference."""
         return Partition(*self.source_asset.parts(by)), Partition(*self.reference_asset.parts(by))
 
     def warnings(
@@ -148,7 +146,9 @@ class Pair:
         told = [
             notice.about(side, asset.name) for side, asset in sides for notice in asset.warnings
         ]
-        found = data_warnings(self.source, self.reference, source, reference, self.frame)
+        found = data_warnings(
+            self.source, self.reference, source, reference, self.frame, self.partitions("node")
+        )
         return told + self._writing(written) + found
 
     def _writing(self, written: Asset | None) -> list[WarningRecord]:

@@ -6,7 +6,7 @@ so that a part that has another name there is not missing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,8 +22,10 @@ LISTED = 200
 _MOST, _LEAST, _TOGETHER = 256, 4, 50_000
 _SEED = 0
 # A part of whose area most lies farther from the other surface than this share of the part's
-# own size is not there. The distance must stand out from what is usual between the two.
-_OWN_SIZE = 0.15
+# own size is not there; less is enough where the other file has most names, and not this one.
+# The distance must stand out from what is usual between the two.
+_OWN_SIZE, _OWN_SIZE_UNNAMED = 0.25, 0.05
+_NAMES_KEPT = 0.5
 _USUAL = 3.0
 _AREA = 0.6
 _ROUNDING = 1e-6
@@ -51,6 +53,7 @@ class PartSamples:
         distances: (k,) to the other mesh.
         parts: (k,) the part of each.
         sampled: (p,) samples of each part, none where it has no area.
+        areas: (p,) of each part.
     """
 
     partition: Partition
@@ -58,9 +61,17 @@ class PartSamples:
     distances: Floats
     parts: Ints
     sampled: Ints
+    areas: Floats
 
     @staticmethod
-    def of(mesh: Mesh, partition: Partition, other: SurfaceTree, samples: int) -> PartSamples:
+    def of(
+        mesh: Mesh,
+        partition: Partition,
+        other: SurfaceTree,
+        samples: int,
+        *,
+        vertices: bool = True,
+    ) -> PartSamples:
         """Sample every part that has an area.
 
         Args:
@@ -68,6 +79,8 @@ class PartSamples:
             partition: its parts.
             other: the surface to measure to.
             samples: how many are shared out by area, besides some for every part.
+            vertices: whether to look from the vertices too, where a spike is seen that no
+                sample hits.
         """
         count = len(partition.names)
         areas: Floats = np.zeros(count)
@@ -76,13 +89,15 @@ class PartSamples:
         shared = np.round(samples * areas / areas.sum())
         wanted = np.where(areas > 0, least + shared, 0).astype(np.int64)
         points, parts = _samples(mesh, partition.labels, areas, wanted)
-        vertices, owners = _vertices(mesh, partition.labels)
-        owned = wanted[owners] > 0
-        points = np.concatenate([points, mesh.vertices[vertices[owned]]])
-        parts = np.concatenate([parts, owners[owned]])
+        if vertices:
+            corners, owners = _vertices(mesh, partition.labels)
+            owned = wanted[owners] > 0
+            points = np.concatenate([points, mesh.vertices[corners[owned]]])
+            parts = np.concatenate([parts, owners[owned]])
         order = np.argsort(parts, kind="stable")
         points = points[order]
-        return PartSamples(partition, points, other.closest(points).distances, parts[order], wanted)
+        distances = other.closest(points).distances
+        return PartSamples(partition, points, distances, parts[order], wanted, areas)
 
     @cached_property
     def starts(self) -> Ints:
@@ -97,8 +112,11 @@ class PartSamples:
 
     @cached_property
     def usual(self) -> float:
-        """The median distance over the area, of parts as they are sampled."""
-        return float(np.median(self.distances[self.is_sample]))
+        """The median distance over the area."""
+        shares = np.where(self.is_sample, (self.areas / np.maximum(self.sampled, 1))[self.parts], 0)
+        order = np.argsort(self.distances)
+        covered = np.cumsum(shares[order])
+        return float(self.distances[order[np.searchsorted(covered, covered[-1] / 2)]])
 
     @cached_property
     def means(self) -> Floats:
@@ -107,16 +125,23 @@ class PartSamples:
         summed = np.bincount(self.parts, weights, minlength=len(self.sampled))
         return np.asarray(summed / np.maximum(self.sampled, 1))
 
-    @cached_property
-    def absent(self) -> Bools:
-        """(p,) which parts the other surface has nothing of."""
-        far = self.distances > self._reach[self.parts]
+    def absent(self, names: Collection[str]) -> Bools:
+        """(p,) which parts the other surface has nothing of.
+
+        Args:
+            names: of the other surface's parts.
+        """
+        known = np.array([name in names for name in self.partition.names])
+        keeps_names = np.mean(known[self.sampled > 0]) >= _NAMES_KEPT
+        share = np.where(~known & keeps_names, _OWN_SIZE_UNNAMED, _OWN_SIZE)
+        reach = np.maximum(share * self._sizes, _USUAL * self.usual + _ROUNDING)
+        far = self.distances > reach[self.parts]
         beyond = np.bincount(self.parts, far & self.is_sample, minlength=len(self.sampled))
         return np.asarray((self.sampled > 0) & (beyond >= _AREA * self.sampled))
 
     @cached_property
-    def _reach(self) -> Floats:
-        """(p,) how far from the other surface a part may lie and still be there."""
+    def _sizes(self) -> Floats:
+        """(p,) half the diagonal of each part's box."""
         sizes = np.zeros(len(self.sampled))
         given = np.flatnonzero(self.sampled)
         if len(given):
@@ -124,7 +149,7 @@ class PartSamples:
             low = np.minimum.reduceat(self.points, starts)
             high = np.maximum.reduceat(self.points, starts)
             sizes[given] = row_lengths(high - low) / 2
-        return np.maximum(_OWN_SIZE * sizes, _USUAL * self.usual + _ROUNDING)
+        return sizes
 
     def rows_of(self, part: int, values: Bools) -> Bools:
         """Those of (k,) values that are of a part's samples."""
@@ -185,11 +210,13 @@ def distances_per_part(
         closed: the reference, if it is closed.
     """
     named = list(_named(mesh, reference))
+    lacking = reference.absent(_numbers(mesh).keys())
+    besides = mesh.absent(_numbers(reference).keys())
     enclosed = None if closed is None else inside(mesh.points, closed)
 
     def state(each: _Named) -> tuple[bool, bool, float]:
-        missing = each.reference is not None and bool(reference.absent[each.reference])
-        extra = each.mesh is not None and bool(mesh.absent[each.mesh])
+        missing = each.reference is not None and bool(lacking[each.reference])
+        extra = each.mesh is not None and bool(besides[each.mesh])
         means = [
             float(side.means[part])
             for side, part in ((reference, each.reference), (mesh, each.mesh))
@@ -218,8 +245,8 @@ def distances_per_part(
     return PerPart(
         by=by,
         count=len(named),
-        missing=int(np.count_nonzero(reference.absent)),
-        extra=int(np.count_nonzero(mesh.absent)),
+        missing=int(np.count_nonzero(lacking)),
+        extra=int(np.count_nonzero(besides)),
         parts=tuple(map(part, ranked[:LISTED])),
     )
 

@@ -10,8 +10,10 @@ from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.auditing.subject import Seen
 from meshcone.files import MeshFile
+from meshcone.notices import WarningRecord
 from meshcone.options import Options
 from meshcone.quality.records import Validity
+from meshcone.report.asset_checks import asset_warnings
 from meshcone.report.report import Audits
 
 
@@ -37,10 +39,12 @@ class Findings:
     Attributes:
         asset: each by itself.
         changes: of the source against the reference, if there is one.
+        warnings: of what source and reference name and do not come with.
     """
 
     asset: Audits
     changes: Changes | None
+    warnings: list[WarningRecord]
 
 
 def audited(
@@ -71,6 +75,9 @@ def audited(
         reference=None if reference is None else audit(reference),
         refined=None if refined is None else audit(refined),
     )
+    told = asset_warnings("source", source.file.name, asset.source)
     if reference is None:
-        return Findings(asset, None)
-    return Findings(asset, changes_between(reference.asset.content(), source.asset.content()))
+        return Findings(asset, None, told)
+    told += asset_warnings("reference", reference.file.name, asset.reference)
+    changes = changes_between(reference.asset.content(), source.asset.content())
+    return Findings(asset, changes, told)

@@ -12,7 +12,9 @@ import numpy as np
 
 from meshcone.appearance.records import Appearance
 from meshcone.notices import Code, Side, WarningRecord, warning
+from meshcone.quality.parts import Partition
 from meshcone.quality.records import Validity
+from meshcone.report.piece_checks import PartedMesh, piece_warnings
 from meshcone.report.pose_checks import find_pose, size_in_words, unit_factor
 from meshcone.surface import Frame, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats, Ints, row_dot
@@ -32,7 +34,12 @@ _INSIDE_OUT = 0.6
 
 
 def data_warnings(
-    source: Mesh, reference: Mesh, found: Validity, reference_found: Validity, frame: Frame
+    source: Mesh,
+    reference: Mesh,
+    found: Validity,
+    reference_found: Validity,
+    frame: Frame,
+    parts: tuple[Partition, Partition],
 ) -> list[WarningRecord]:
     """Describe what may be wrong with a pair.
 
@@ -42,6 +49,7 @@ def data_warnings(
         found: what was counted on the source.
         reference_found: what was counted on the reference.
         frame: that leads back to model units.
+        parts: what the files name, of source and reference.
     """
     sides: tuple[tuple[Side, Mesh], ...] = (("source", source), ("reference", reference))
     unusable = [
@@ -52,7 +60,7 @@ def data_warnings(
     if unusable:
         return unusable
     return [
-        *_pose_and_fit(source, reference, frame),
+        *_pose_and_fit(source, reference, frame, parts),
         *defects("source", source, found),
         *defects("reference", reference, reference_found),
         *_pieces(found.components, reference_found.components),
@@ -67,16 +75,25 @@ def appearance_warnings(appearance: Appearance | None) -> list[WarningRecord]:
     return [warning(Code.COLORS_NOT_COMPARED, "pair", words)]
 
 
-def _pose_and_fit(source: Mesh, reference: Mesh, frame: Frame) -> list[WarningRecord]:
-    tree, reference_tree = SurfaceTree(source), SurfaceTree(reference)
+def _pose_and_fit(
+    source: Mesh, reference: Mesh, frame: Frame, parts: tuple[Partition, Partition]
+) -> list[WarningRecord]:
+    names, reference_names = parts
+    there = PartedMesh(reference, SurfaceTree(reference), reference_names)
+
+    def fit(placed: Mesh, tree: SurfaceTree) -> list[WarningRecord]:
+        here = PartedMesh(placed, tree, names)
+        return [*_fit(placed, tree, reference, there.tree), *piece_warnings(here, there, frame)]
+
+    tree, reference_tree = SurfaceTree(source), there.tree
     pose = find_pose(MotionSearch(source, reference, tree, reference_tree), frame)
     if pose is not None:
         # What else there is to say is said of the shapes where they agree best.
         back = _carried(source, pose.to_reference)
-        return [*pose.warnings, *_fit(back, SurfaceTree(back), reference, reference_tree)]
+        return [*pose.warnings, *fit(back, SurfaceTree(back))]
     # Distances say nothing new of meshes that lie in different places.
     misplaced = list(placement(source, reference))
-    return misplaced or _fit(source, tree, reference, reference_tree)
+    return misplaced or fit(source, tree)
 
 
 def _carried(mesh: Mesh, matrix: Floats) -> Mesh:

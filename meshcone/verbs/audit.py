@@ -49,7 +49,7 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
         options=options,
         asset=found.asset,
         changes=found.changes,
-        warnings=warnings,
+        warnings=warnings + found.warnings,
         timings=Timings(
             read=watch.seconds["read"],
             quality=watch.seconds["quality"],

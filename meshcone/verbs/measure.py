@@ -61,7 +61,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
             pair.reference,
             options,
             pair.collapsed,
-            pair.partitions(options.quality.per),
+            pair.partitions(options.quality.per) if options.quality.per else None,
         )
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
@@ -91,7 +91,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         asset=found and found.asset,
         changes=found and found.changes,
         deviation=proven and proven.record,
-        warnings=warnings,
+        warnings=warnings + (found.warnings if found else []),
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],

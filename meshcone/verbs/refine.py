@@ -120,7 +120,7 @@ def refine(
             pair.reference,
             options,
             pair.collapsed,
-            pair.partitions(options.quality.per),
+            pair.partitions(options.quality.per) if options.quality.per else None,
         )
         after = scorer.refined(pair.source.moved_to(written.positions))
         proven = scorer.deviation(pair.frame)
@@ -227,7 +227,9 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
         Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
         Audited(file, written.asset, refined.validity),
     )
-    return report.model_copy(update={"asset": found.asset, "changes": found.changes})
+    warnings = report.warnings + found.warnings
+    told = {"asset": found.asset, "changes": found.changes, "warnings": warnings}
+    return report.model_copy(update=told)
 
 
 def _certificate(

@@ -7,6 +7,7 @@ from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from meshcone.notices import WarningRecord
 from meshcone.options import Options, parse_options
+from meshcone.quality.parts import Partition
 from meshcone.quality.validity import inspect
 from meshcone.report import data_checks
 from meshcone.surface import Frame, Mesh
@@ -39,7 +40,13 @@ def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
 
 def data_warnings(source: Mesh, reference: Mesh) -> list[WarningRecord]:
     found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
-    return data_checks.data_warnings(source, reference, found, reference_found, FRAME)
+    return data_checks.data_warnings(
+        source, reference, found, reference_found, FRAME, (whole(source), whole(reference))
+    )
+
+
+def whole(mesh: Mesh) -> Partition:
+    return Partition(("",), np.zeros(len(mesh.faces), dtype=np.int64))
 
 
 def words(source: Mesh, reference: Mesh) -> list[str]:

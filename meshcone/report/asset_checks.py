@@ -1,0 +1,48 @@
+"""Warnings for what an asset names and does not come with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from meshcone.auditing.records import AssetAudit
+from meshcone.notices import Code, Notice, Side, WarningRecord
+
+_NAMED = 3
+
+
+def asset_warnings(side: Side, file: str, audit: AssetAudit | None) -> list[WarningRecord]:
+    """Say which materials, libraries and images of a file are not there.
+
+    Args:
+        side: whose file it is.
+        file: its name.
+        audit: what was found of it; None where nobody looked.
+    """
+    return [] if audit is None else [each.about(side, file) for each in _notices(audit)]
+
+
+def _notices(audit: AssetAudit) -> Iterator[Notice]:
+    libraries = audit.materials.missing_libraries
+    if libraries:
+        words = (
+            "a material library that it names was"
+            if libraries == 1
+            else (f"{libraries:,} material libraries that it names were")
+        )
+        yield Notice(Code.MATERIALS_LIBRARY_MISSING, f"{words} not sent with it")
+    undefined = [each.name for each in audit.materials.items if not each.defined]
+    if undefined:
+        what = _listed("material", undefined)
+        yield Notice(Code.MATERIALS_UNDEFINED, f"{what} named and nowhere defined")
+    missing = [each.name for each in audit.textures.images if each.fault == "missing"]
+    if missing:
+        yield Notice(Code.TEXTURES_MISSING, f"{_listed('image', missing)} not sent with it")
+
+
+def _listed(what: str, names: Sequence[str]) -> str:
+    """``material 'red' is`` or ``4 materials ('a', 'b', 'c', …) are``."""
+    shown = [f"'{name[:60]}'" for name in names[:_NAMED]]
+    if len(names) == 1:
+        return f"{what} {shown[0]} is"
+    more = ", …" if len(names) > _NAMED else ""
+    return f"{len(names):,} {what}s ({', '.join(shown)}{more}) are"

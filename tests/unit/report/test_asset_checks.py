@@ -1,0 +1,72 @@
+"""Materials, libraries and images that a file names and does not come with."""
+
+from __future__ import annotations
+
+from meshcone.files import MeshFile
+from meshcone.notices import WarningRecord
+from meshcone.options import parse_options
+from meshcone.verbs.audit import audit
+from meshcone.verbs.measure import measure
+from meshcone.verbs.refine import refine
+from tests import shapes
+
+BALL = shapes.obj(*shapes.sphere(2))
+RED = b"mtllib ball.mtl\nusemtl red\n" + BALL
+LIBRARY = b"newmtl red\nKd 1 0 0\n"
+TEXTURED = LIBRARY + b"map_Kd red.png\n"
+QUICK = {"quality": {"samples": 100, "emd_samples": 16}}
+
+
+def measured(source: MeshFile, reference: MeshFile) -> list[WarningRecord]:
+    return measure(source, reference, parse_options({"mode": "measure", **QUICK})).warnings
+
+
+def alone(source: MeshFile) -> list[WarningRecord]:
+    return audit(source, None, parse_options({"mode": "audit"})).warnings
+
+
+def test_a_library_that_was_not_sent_and_its_material_are_told() -> None:
+    library, material = alone(MeshFile("ball.obj", RED))
+
+    assert (library.code, library.side) == ("materials.library_missing", "source")
+    assert library.words == "source ball.obj: a material library that it names was not sent with it"
+    assert material.code == "materials.undefined"
+    assert material.words == "source ball.obj: material 'red' is named and nowhere defined"
+
+
+def test_a_name_that_no_library_has_is_told() -> None:
+    text = RED.replace(b"usemtl red", b"usemtl rad")
+
+    [material] = alone(MeshFile("ball.obj", text, {"ball.mtl": LIBRARY}))
+
+    assert material.code == "materials.undefined"
+    assert "material 'rad'" in material.words
+
+
+def test_an_image_that_was_not_sent_is_told() -> None:
+    [image] = alone(MeshFile("ball.obj", RED, {"ball.mtl": TEXTURED}))
+
+    assert image.code == "textures.missing"
+    assert image.words == "source ball.obj: image 'red.png' is not sent with it"
+
+
+def test_what_is_all_there_draws_no_warning() -> None:
+    assert alone(MeshFile("ball.obj", RED, {"ball.mtl": LIBRARY})) == []
+    assert alone(MeshFile("ball.obj", BALL)) == []
+
+
+def test_each_side_is_told_apart() -> None:
+    found = measured(MeshFile("ball.obj", BALL), MeshFile("ball.obj", RED, {"ball.mtl": TEXTURED}))
+
+    assert [(each.code, each.side) for each in found if each.code == "textures.missing"] == [
+        ("textures.missing", "reference")
+    ]
+
+
+def test_a_refinement_tells_it_of_its_source_once() -> None:
+    options = parse_options({"effort": "fast", "solver": {"certify": False}, **QUICK})
+
+    report = refine(MeshFile("ball.obj", RED), MeshFile("ball.obj", BALL), options).report
+
+    sides = [each.side for each in report.warnings if each.code == "materials.undefined"]
+    assert sides == ["source"]
