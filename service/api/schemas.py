@@ -57,7 +57,8 @@ class JobLinks(BaseModel):
     mesh: str | None = Field(default=None, description="absent where nothing was refined")
     report: str | None = None
     certificate: str | None = Field(
-        default=None, description="absent where nothing was refined or the input was kept as it was"
+        default=None,
+        description="absent where nothing was refined, or nothing proven of a kept input",
     )
     preview: str | None = Field(
         default=None, description="a light copy of input, refined mesh and reference, as GLB"

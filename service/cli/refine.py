@@ -69,12 +69,12 @@ def command(
 
 
 def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
-    from service.demo.summary import outcome_line
+    from service.demo.summary import kept_words, outcome_line
 
     quality, certificate = report["quality"], report["certificate"]
     scores = [quality[name]["point_to_surface"] for name in ("input", "refined")]
     mean, worst = (" → ".join(f"{each[name]:.3g}" for each in scores) for name in ("mean", "max"))
-    proof = "none: the input was kept as it was"
+    proof = kept_words(report)
     if certificate is not None:
         proof = "holds" if certificate["holds"] else "does not hold"
     if report["statement"] is not None:

@@ -236,7 +236,7 @@ class Client:
         return self._get(f"{job_path(job_id)}/report").content
 
     def certificate(self, job_id: str) -> bytes:
-        """The certificate of a job that succeeded; there is none where its input was kept."""
+        """The certificate of a job that succeeded; there is none where nothing was proven."""
         return self._get(f"{job_path(job_id)}/certificate").content
 
     def preview(self, job_id: str) -> bytes:

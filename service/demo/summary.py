@@ -28,7 +28,7 @@ def summary_lines(report: Mapping[str, Any]) -> list[str]:
     return [
         f"rounds         {len(rounds)} with the setting '{solver['candidate']}': "
         + ", ".join(f"{count} by {method}" for method, count in methods.items()),
-        *_certificate_lines(report["certificate"]),
+        *_certificate_lines(report),
         f"SCS            {_asked_of_scs(solver)}",
         f"seconds        {stages}",
         outcome_line(report),
@@ -40,9 +40,16 @@ def outcome_line(report: Mapping[str, Any]) -> str:
     return f"outcome        {report['outcome']}: {_in_words(report)}"
 
 
-def _certificate_lines(certificate: dict[str, Any] | None) -> list[str]:
+def kept_words(report: Mapping[str, Any]) -> str:
+    """What the certificate of an input that was kept is about."""
+    about = "none" if report.get("statement") is None else "of closeness alone"
+    return f"{about}: the input was kept as it was"
+
+
+def _certificate_lines(report: Mapping[str, Any]) -> list[str]:
+    certificate = report["certificate"]
     if certificate is None:
-        return ["certificate    none: the input was kept as it was"]
+        return [f"certificate    {kept_words(report)}"]
     residuals = ", ".join(f"{name} {value:.1e}" for name, value in certificate["optimum"].items())
     verdict = "holds" if certificate["holds"] else "does not hold"
     return [

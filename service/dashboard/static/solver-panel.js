@@ -57,7 +57,7 @@ function certificateTable(certificate) {
 function certificateCard(report, files) {
   const { certificate } = report;
   if (!certificate) {
-    return h("section", { class: "card", "aria-labelledby": "certificate-title" }, h("h2", { id: "certificate-title" }, "Certificate"), h("p", { class: "soft" }, "There is none: the input was kept as it was, or no round was asked for."));
+    return h("section", { class: "card", "aria-labelledby": "certificate-title" }, h("h2", { id: "certificate-title" }, "Certificate"), h("p", { class: "soft" }, "It is about closeness at most: the input was kept as it was, or no round was asked for."));
   }
   const holds = certificate.relaxation_is_optimal
     ? "No cone is active: the optimum without constraints satisfies all of them, and so is the optimum with them."

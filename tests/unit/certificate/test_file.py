@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 from collections.abc import Callable
+from typing import Any
 
+import numpy as np
 import pytest
 
 from meshcone.certificate.file import CertificateFile, read_certificate
@@ -52,6 +55,52 @@ def test_arrays_that_do_not_fit_each_other_are_refused(stored: bytes, name: str)
 
     with pytest.raises(InputError, match="do not fit"):
         read_certificate(cut.to_bytes(), "certificate.npz")
+
+
+def repacked(stored: bytes, **changes: Any) -> bytes:
+    """The archive with other arrays in it; one that is None is left out."""
+    with np.load(io.BytesIO(stored)) as archive:
+        arrays = {**archive, **changes}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **{key: kept for key, kept in arrays.items() if kept is not None})
+    return buffer.getvalue()
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "no document": ({"document": None}, "it has no array 'document'"),
+    "a document that is none": ({"document": np.array("Dear diary")}, "cannot be used, at"),
+    "no start": ({"before": None}, "it has no array 'before'"),
+    "an array of no meaning": ({"diary": np.zeros(3)}, "an array of no meaning, 'diary'"),
+    "whole numbers for positions": (
+        {"positions": np.zeros((66, 3), dtype=np.int64)},
+        "'positions' holds no floating-point numbers",
+    ),
+    "text for positions": ({"positions": np.array(["a"])}, "holds no floating-point numbers"),
+    "no cut": ({"extra_cut": None}, "no usable array 'cut'"),
+    "no leaves of the reference": (
+        {f"missing_{key}": None for key in ("cut", "edge", "at", "count", "faces", "weights")},
+        "no usable array 'cut'",
+    ),
+    "halves of faces": ({"extra_faces": np.array([0.5])}, "numbers that are not whole: 'faces'"),
+    "a table of cuts": ({"extra_cut": np.zeros((2, 2), dtype=np.int32)}, "no usable array 'cut'"),
+    "text for edges": ({"extra_edge": np.array(["a"])}, "no usable array 'edge'"),
+    "a cut at nowhere": (
+        {"missing_at": np.array([np.nan])},
+        "the array 'missing_at' holds values that are not finite",
+    ),
+    "leaves of a third surface": ({"other_cut": np.zeros(1)}, "of no meaning, 'other_cut'"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_an_array_that_is_wrong_is_named(stored: bytes, name: str) -> None:
+    changes, said = WRONG[name]
+
+    with pytest.raises(InputError, match="not a MeshCone certificate: ") as refused:
+        read_certificate(repacked(stored, **changes), "certificate.npz")
+
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])

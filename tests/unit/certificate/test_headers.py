@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import tracemalloc
 import warnings
 import zipfile
@@ -64,6 +65,28 @@ def test_a_lying_header_is_refused_without_spending_memory(lie: str) -> None:
     tracemalloc.stop()
     assert peak < 16 << 20
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("lie", "said"),
+    [
+        ("ten trillion rows", "the header of 'before.npy' declares other data than there are"),
+        ("objects", "'before.npy' is of a type no certificate holds: |O"),
+        ("a header that nests", "the header of 'before.npy' cannot be read"),
+        ("a header of the second version", "the header of 'before.npy' has another version"),
+        ("40 MB of zeros", "the archive unpacks to more than any certificate holds"),
+    ],
+)
+def test_a_lying_header_is_told_from_others(lie: str, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(f"not a MeshCone certificate: {said}")):
+        read_certificate(archive((_BEFORE, LYING[lie])), "certificate.npz")
+
+
+def test_more_arrays_than_any_certificate_has_are_refused() -> None:
+    entry = array(declared("(0,)"))
+
+    with pytest.raises(InputError, match="the archive holds 65 arrays, at most 64"):
+        read_certificate(archive(*((f"a{number}.npy", entry) for number in range(65))), "c.npz")
 
 
 def test_two_arrays_of_one_name_are_refused() -> None:

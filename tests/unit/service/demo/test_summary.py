@@ -99,9 +99,12 @@ def test_summary_says_what_scs_thinks_of_it() -> None:
     assert "was not asked" in line_of("SCS", unasked)
 
 
-def test_summary_of_a_kept_input_has_no_certificate() -> None:
-    kept = report("unchanged") | {"certificate": None}
+def test_summary_of_a_kept_input_has_a_certificate_of_closeness_at_most() -> None:
+    kept = report("unchanged") | {"certificate": None, "statement": None}
+    proven = kept | {"statement": "every point within 1 m of the reference (proven)"}
+
     assert "none: the input was kept" in line_of("certificate", kept)
+    assert "of closeness alone: the input was kept" in line_of("certificate", proven)
 
 
 @pytest.mark.parametrize(
