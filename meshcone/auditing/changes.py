@@ -23,7 +23,9 @@ from meshcone.auditing.contents import (
     nodes,
     skins,
     targets,
+    uv_layouts,
 )
+from meshcone.auditing.layout import Layout
 from meshcone.auditing.records.changes import (
     ROWS_KEPT,
     Change,
@@ -64,6 +66,7 @@ def _differences(reference: Content, source: Content) -> Iterator[Change]:
     yield from _listed("libraries", *both(lambda content: content.libraries))
     yield from _listed("images", *both(images))
     yield from _listed("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")))
+    yield from _layouts(*both(uv_layouts))
     yield from _listed("color_sets", *both(lambda content: attributes(content, "COLOR_")))
     yield from _listed("attributes", *both(lambda content: attributes(content, None)))
     yield from _listed("morph_targets", *both(targets))
@@ -127,6 +130,19 @@ def _moves(reference: Mapping[str, Placed], source: Mapping[str, Placed]) -> Ite
                 "is placed otherwise",
                 before=reference[path].words(),
                 after=source[path].words(),
+            )
+
+
+def _layouts(reference: Mapping[str, Layout], source: Mapping[str, Layout]) -> Iterator[Change]:
+    for name in [each for each in reference if each in source]:
+        if not reference[name].is_like(source[name]):
+            yield _change(
+                "altered",
+                "uv_sets",
+                name,
+                "lies otherwise in its texture",
+                before=reference[name].words(),
+                after=source[name].words(),
             )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.content import Animation, Content, Material, TextureUse
+from meshcone.auditing.layout import Layout, layouts
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry
 _ROUNDING = 5  # decimals that exporters keep of a factor
@@ -110,6 +111,11 @@ def attributes(content: Content, prefix: str | None) -> dict[str, str]:
         for name in primitive.attributes
         if (name.startswith(prefix) if prefix else not name.startswith(others))
     }
+
+
+def uv_layouts(content: Content) -> dict[str, Layout]:
+    """Where the sets of texture coordinates lie: ``mesh: NAME``."""
+    return layouts(content, _keys([mesh.name for mesh in content.meshes]))
 
 
 def targets(content: Content) -> dict[str, str]:

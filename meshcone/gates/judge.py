@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import TypeVar
 
+from meshcone.gates.keep import keep_gates
 from meshcone.gates.paths import Found, Value, find, in_reference, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
@@ -27,7 +28,7 @@ _SHOWN = 5  # words of a list
 
 def judged(report: SameReport) -> SameReport:
     """Return the report with the verdict of the gates its options ask for, if they do."""
-    gates = report.options.gates
+    gates = {**keep_gates(report.options.keep), **report.options.gates}
     return report.model_copy(update={"gates": judge(report, gates)}) if gates else report
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import get_args
+from typing import Literal, get_args
 
 from meshcone.auditing.records.changes import ChangeCounts, ChangeKind
 from meshcone.errors import InputError
 from meshcone.gates.rules import GateRule, GateTable
 from meshcone.suggestions import did_you_mean
+
+Kept = Literal["uvs", "materials", "textures", "animations", "hierarchy", "normals", "all"]
 
 ALL = "all"
 _KINDS: tuple[ChangeKind, ...] = get_args(ChangeKind)
@@ -18,10 +20,16 @@ _KEPT: Mapping[str, tuple[str, ...]] = {
     "textures": ("images", "materials"),
     "animations": ("animations", "skins", "morph_targets"),
     "hierarchy": ("scenes", "nodes", "meshes"),
+    "normals": ("attributes",),
     # An exporter may add extensions for how it stores things: see _ADDED_FREELY.
     ALL: tuple(ChangeCounts.model_fields),
 }
-KEPT = tuple(_KEPT)
+KEPT: tuple[str, ...] = get_args(Kept)
+# What changes do not see: surfaces turned inside out, and normals that point to the back.
+_OUTWARDS: GateTable = {
+    "warnings.normals.opposed": GateRule(max=0),
+    "asset.shading.opposed_normals_share": GateRule(max=0.1),
+}
 _ADDED_FREELY = frozenset({"extensions", "extras"})
 
 
@@ -43,4 +51,6 @@ def keep_gates(names: Iterable[str]) -> GateTable:
             for what in _KEPT[name]:
                 if kind != "added" or what not in _ADDED_FREELY:
                     gates[f"changes.{kind}.{what}"] = GateRule(max=0)
+        if name in ("normals", ALL):
+            gates |= _OUTWARDS
     return gates

@@ -154,7 +154,7 @@ def gate(
     source: MeshLike,
     reference: MeshLike,
     *,
-    gates: Gates,
+    gates: Gates | None = None,
     refine: bool = False,
     name: str | None = None,
     **options: Unpack[OptionKeywords],
@@ -165,7 +165,8 @@ def gate(
         source: a mesh in any form that :func:`refine` takes.
         reference: the mesh it should be, likewise.
         gates: path of a gate file; or its content as a mapping; or only the bounds:
-            ``{"point_to_surface.max": {"max": 0.01}}``.
+            ``{"point_to_surface.max": {"max": 0.01}}``. It can be left out where ``keep`` says
+            what the source must still have of the reference.
         refine: gate what refining ``source`` leads to, not ``source`` itself.
         name: what the classes of a gate file know the asset by; by default, the path or file
             name of ``source``.
@@ -188,8 +189,13 @@ def gate(
     asset = load_unread(source, "source")
     if name is None:
         name = asset.name if asset.path is None else as_text(asset.path.as_posix())
-    table = _gate_file(gates, mode).for_asset(name, level_of(name))
-    resolved = resolved.model_copy(update={"gates": dict(table)})
+    if gates is not None:
+        table = _gate_file(gates, mode).for_asset(name, level_of(name))
+        resolved = resolved.model_copy(update={"gates": dict(table)})
+    elif not resolved.keep:
+        raise ArgumentError(
+            "'gates' is missing, and so is 'keep': there is nothing to hold it against"
+        )
     held = load_unread(reference, "reference")
     if refine:
         return Verdict(refine_loaded(asset, held, resolved))

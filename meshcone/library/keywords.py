@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict, get_args
 
 from meshcone.errors import InputError
+from meshcone.gates.keep import Kept
 from meshcone.options import Mode, Options, parse_options
 
 
 class OptionKeywords(TypedDict, total=False):
     """The options of ``docs/options.md``; those with a dot there are entries of a mapping."""
 
+    keep: Sequence[Kept]
     preset: Literal["default", "paper"]
     formulation: Literal["surface", "centroid"]
     effort: Literal["fast", "best"]

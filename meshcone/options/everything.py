@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, model_validator
 
+from meshcone.gates.keep import Kept
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
 from meshcone.options.deviation import DeviationOptions
@@ -38,6 +39,11 @@ class Options(Section):
     )
     gates: dict[str, GateRule] = Field(
         {}, description="bounds on values of the report, by their names; see gates"
+    )
+    keep: Annotated[tuple[Kept, ...], Field(max_length=len(get_args(Kept)))] = Field(
+        (),
+        description="what of its reference the source must still have, as further gates: uvs, "
+        "materials, textures, animations, hierarchy, normals, or all of them; see gates",
     )
     preset: Literal["default", "paper"] = Field(
         "default",

@@ -32,6 +32,8 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
         InputError, LimitError: a file or a gate cannot be used; the message says which and why.
     """
     require_known(options.gates, "audit")
+    if options.keep and reference is None:
+        raise InputError("option 'keep' is about a reference, and there is none")
     watch = Stopwatch()
     if reference is None:
         first, warnings = _alone(source, options, watch)

@@ -40,7 +40,7 @@ Keep = Annotated[
     typer.Option(
         metavar="NAMES",
         help="What must not differ from the reference: uvs, materials, textures, animations, "
-        "hierarchy, with commas between them, or all.",
+        "hierarchy, normals, with commas between them, or all.",
         show_default=False,
     ),
 ]

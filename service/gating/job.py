@@ -15,6 +15,9 @@ from meshcone.notices import Code, WarningRecord, warning
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
 
+# Gates on what an audit says as well as a measurement does.
+_OF_AUDIT = ("asset.", "changes.", "warnings.normals")
+
 
 @dataclass(frozen=True)
 class GateJob:
@@ -35,8 +38,9 @@ class GateJob:
 
         Measuring takes several times as long and leaves that as it is.
         """
-        of_audit = all(key.startswith(("asset.", "changes.")) for key in self.options.gates)
-        if self.options.mode != "measure" or not (self.options.gates and of_audit):
+        of_audit = all(key.startswith(_OF_AUDIT) for key in self.options.gates)
+        asks = self.options.gates or self.options.keep
+        if self.options.mode != "measure" or not (asks and of_audit):
             return self
         return replace(self, options=self.options.model_copy(update={"mode": "audit"}))
 
@@ -79,7 +83,7 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
     judgement: Judgement | None = None
     error: AssetError | None = None
     try:
-        judgement = work(job) if job.options.gates else _UNGATED
+        judgement = work(job) if job.options.gates or job.options.keep else _UNGATED
     except MeshConeError as found:
         error = AssetError.of(found)
     return AssetResult(

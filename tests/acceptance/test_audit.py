@@ -55,3 +55,16 @@ def test_a_gate_that_needs_a_measurement_is_refused(directory: Path) -> None:
     finished = meshcone(directory, "audit", "asset.gltf", "--gates", "gates.toml")
 
     assert_refused(finished, "only where the mesh was measured")
+
+
+def test_what_is_to_be_kept_is_named_with_commas(directory: Path) -> None:
+    against = ("audit", "asset.gltf", "--reference", "master.gltf")
+
+    kept = meshcone(directory, *against, "--keep", "uvs,materials")
+    lost = meshcone(directory, *against, "--keep", "uvs,animations")
+    unknown = meshcone(directory, *against, "--keep", "uvz")
+
+    assert kept.returncode == 0
+    assert lost.returncode == 1
+    assert "FAILED      changes.lost.animations 1, allowed 0" in lost.stdout.splitlines()
+    assert_refused(unknown, "unknown 'uvz'")

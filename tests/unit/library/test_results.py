@@ -255,3 +255,9 @@ def test_an_audit_takes_any_mesh_with_or_without_a_reference() -> None:
     assert alone.report.changes is None
     assert beside.report.changes is not None
     assert repr(alone) == f"<Audited asset.obj: {len(FACES):,} triangles, 0 materials>"
+
+
+def test_a_verdict_can_be_about_what_is_kept_alone() -> None:
+    assert meshcone.gate(smooth(), smooth(), keep=["materials"]).passed
+    with pytest.raises(ArgumentError, match="'gates' is missing, and so is 'keep'"):
+        meshcone.gate(smooth(), smooth())
