@@ -47,15 +47,20 @@ def compare_colours(
     known = source.paint.has_colour or reference.paint.has_colour
     if not (known and reference.paint.claims_colour):
         return None
-    surfaces = [judged, source, Painted(again, reference.paint)]
+    surfaces = [source, Painted(again, reference.paint)]
+    if judged.surface is not source.surface:
+        surfaces.append(judged)
     facing = FacingSurface(reference.surface.mesh)
     pairs = [_pair(painted, reference, facing) for painted in surfaces]
     looked_up = _looked_up([side for pair in pairs for way in pair for side in way])
-    found = [_compared(looked_up[4 * number : 4 * number + 4]) for number in range(len(pairs))]
+    found = [_compared(looked_up[start : start + 4]) for start in range(0, len(looked_up), 4)]
     faults = (source.paint.why_unknown, reference.paint.why_unknown)
     why = " · ".join(fault for fault in faults if fault is not None)
     return Appearance(
-        color_difference=found[0], input=found[1], floor=found[2], why_not_tested=why or None
+        color_difference=found[2] if len(found) > 2 else found[0],
+        input=found[0],
+        floor=found[1],
+        why_not_tested=why or None,
     )
 
 

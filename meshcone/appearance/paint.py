@@ -19,6 +19,7 @@ _DEFAULT = Material("")
 # The older model of materials names its colour otherwise.
 _SLOTS = ("base_color", "KHR_materials_pbrSpecularGlossiness.diffuseTexture")
 _MOST_TEXELS = 1 << 28  # of all images of an asset; decoding them takes some seconds
+_KEPT_TEXELS = 1 << 24  # of all images, up to which they are decoded once: 64 MiB
 _NAMED = 3  # faults in one sentence
 _GROUND = 0.2140  # what shows through: half of white as encoded, in linear light
 
@@ -52,6 +53,7 @@ class Paint:
     def __init__(self, asset: Asset) -> None:
         self._asset = asset
         self._faults: dict[str, None] = {}
+        self._decoded: dict[int, NDArray[np.uint8]] = {}
         self.name = asset.name
 
     @property
@@ -96,13 +98,14 @@ class Paint:
         bounds = np.searchsorted(owners[rows[order]], np.arange(len(self._drawn) + 1))
         colours = np.empty((len(faces), 4))
         with PictureDecoder() as decoder:
-            images = _Images(self._pictures, decoder)
+            images = _Images(self._pictures, decoder, self._decoded)
             for number in self._by_image:
                 here = order[bounds[number] : bounds[number + 1]]
                 if len(here):
                     draw, material = self._drawn[number]
                     patch = _Patch(draw, places[rows[here]], weights[here])
                     colours[here] = self._painted(patch, material, images)
+            images.let_go()
         return colours
 
     def _painted(self, patch: _Patch, material: Material, images: _Images) -> Floats:
@@ -206,38 +209,45 @@ class _Patch:
 
 
 class _Images:
-    """The pixels of images, one at a time."""
+    """The pixels of images: of small ones all, of large ones the last."""
 
-    def __init__(self, pictures: Mapping[int, Picture], decoder: PictureDecoder) -> None:
+    def __init__(
+        self,
+        pictures: Mapping[int, Picture],
+        decoder: PictureDecoder,
+        decoded: dict[int, NDArray[np.uint8]],
+    ) -> None:
         self._pictures = pictures
         self._decoder = decoder
-        self._too_many = sum(each.texels or 0 for each in pictures.values()) > _MOST_TEXELS
-        self._last: int | None = None
-        self._pixels: NDArray[np.uint8] | None = None
-        self._fault = ""
+        self._decoded = decoded
+        self._texels = sum(each.texels or 0 for each in pictures.values())
+        self._faults: dict[int, str] = {}
+
+    def let_go(self) -> None:
+        """Forget what was decoded, where it is too large to be kept."""
+        if self._texels > _KEPT_TEXELS:
+            self._decoded.clear()
 
     def pixels(self, number: int | None) -> NDArray[np.uint8]:
-        """(h, w, 4) of an image; what is asked for twice in a row is decoded once.
+        """(h, w, 4) of an image; asked for twice in a row, it is decoded once.
 
         Raises:
             UndecodableError: why they cannot be had.
         """
         if number is None:
             raise UndecodableError("a texture names no image that is known")
-        if self._too_many:
+        if self._texels > _MOST_TEXELS:
             raise UndecodableError(
                 f"its textures together have more than the {_MOST_TEXELS:,} texels decoded here"
             )
-        if number != self._last:
-            self._last = number
-            self._decode(self._pictures[number])
-        if self._pixels is None:
-            raise UndecodableError(self._fault)
-        return self._pixels
-
-    def _decode(self, picture: Picture) -> None:
-        self._pixels = None
-        try:
-            self._pixels = self._decoder.pixels(picture)
-        except UndecodableError as error:
-            self._fault = f"image '{picture.name}': {error}"
+        if number in self._faults:
+            raise UndecodableError(self._faults[number])
+        if number not in self._decoded:
+            self.let_go()
+            picture = self._pictures[number]
+            try:
+                self._decoded[number] = self._decoder.pixels(picture)
+            except UndecodableError as error:
+                self._faults[number] = f"image '{picture.name}': {error}"
+                raise UndecodableError(self._faults[number]) from None
+        return self._decoded[number]
