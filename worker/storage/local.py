@@ -67,7 +67,7 @@ class Directory:
                     shutil.copyfileobj(file, out, _CHUNK)
                     out.flush()
                     os.fsync(out.fileno())
-                part.rename(target)
+                _finish(part, target)
             except BaseException:  # also a time limit or Ctrl-C: no part of a file is left
                 part.unlink(missing_ok=True)
                 raise
@@ -130,6 +130,13 @@ def _plainly() -> Iterator[None]:
             raise StoreFullError from error
         reason = (error.strerror or "unknown reason").lower()
         raise StoreError(f"the file store cannot be used: {reason}") from error
+
+
+def _finish(part: Path, target: Path) -> None:
+    try:
+        part.rename(target)
+    except FileNotFoundError:  # housekeeping took it for one that nobody writes any more
+        raise StoreError("an unfinished file was removed while it was written; try again") from None
 
 
 def _pieces(file: IO[bytes], part: range | None) -> Iterator[bytes]:
