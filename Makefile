@@ -14,10 +14,10 @@ SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 demo: $(STAMP)
 	$(BIN)/meshcone demo
 
-# What needs no process of its own is shared out over the processors; the rest, which waits for
-# brokers, workers and browsers with a clock in hand, has the machine to itself.
+# The tests that start brokers, workers and browsers wait for them most of their time: two files
+# at once, whatever the number of processors. Tests of one file share what they start.
 test: check unit
-	$(BIN)/python -m pytest tests/integration tests/acceptance
+	$(BIN)/python -m pytest -n 2 --dist loadfile tests/integration tests/acceptance
 
 check: $(TOOLS)
 	$(BIN)/ruff check .
