@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
-from meshcone.outputs import require_places, write_together
+from meshcone.outputs import require_places
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
@@ -79,6 +79,14 @@ def command(
         Path | None,
         typer.Option("--markdown", help="Summary to write for a pull request.", show_default=False),
     ] = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Where to draw what did not pass; --markdown shows it.",
+            show_default=False,
+        ),
+    ] = None,
     label: Annotated[
         str | None,
         typer.Option(help="What the run is called in reports and jobs.", show_default=False),
@@ -102,32 +110,27 @@ def command(
     not be used, 3 after a fault of MeshCone's own.
     """
     from service.gating.matching import pairs_to_gate
+    from service.gating.outputs import Outputs
 
     if print_profile:
         return _print(profile)
-    outputs = {
-        "json": json_file,
-        "junit": junit_file,
-        "sarif": sarif_file,
-        "html": html_file,
-        "markdown": markdown_file,
-    }
-    wanted = {name: path for name, path in outputs.items() if path is not None}
+    outputs = Outputs(json_file, junit_file, sarif_file, html_file, markdown_file, pictures)
+    places = outputs.files()
     choice = GateChoice(profile, schema, product, keep, gates)
-    require_places(wanted.values(), [*choice.files(), *([] if manifest is None else [manifest])])
+    require_places(places, [*choice.files(), *([] if manifest is None else [manifest])])
     _require_label(label)
     if choice == GateChoice():
         raise InputError("--gates is missing: name the file with the gates to pass, or a --profile")
     pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always=set(choice.files()))
-    require_places(wanted.values(), (file for pair in pairs for file in pair.files()))
-    work = _jobs(pairs, choice, _options(assignments, per), refine, "html" in wanted, label)
-    if server is None and html_file is None:
+    require_places(places, (file for pair in pairs for file in pair.files()))
+    work = _jobs(pairs, choice, _options(assignments, per), refine, outputs.viewed, label)
+    if not outputs.viewed:
         work = [job.at_least_cost() for job in work]
     if not work:
         typer.echo("no pair has one of these files")
         return 0
     run = _run(work, server, jobs or os.cpu_count() or 1)
-    write_together({path: _written(name, run) for name, path in wanted.items()})
+    outputs.write(run)
     _show(run)
     return _exit_code(run)
 
@@ -198,22 +201,6 @@ def _keeper(server: str | None, modes: set[Mode]) -> Gatekeeper:
     from service.gating.local import LocalGatekeeper
 
     return LocalGatekeeper(modes)
-
-
-def _written(form: str, run: GateRun) -> bytes:
-    from meshcone.gates.formats.junit import to_junit
-    from meshcone.gates.formats.markdown import to_markdown
-    from meshcone.gates.formats.sarif import to_sarif
-
-    if form == "json":
-        return run.model_dump_json(indent=2).encode() + b"\n"
-    if form == "html":
-        from service.html_report.document import html_of_run
-
-        return html_of_run(run)
-    if form == "markdown":
-        return to_markdown(run)
-    return to_junit(run) if form == "junit" else to_sarif(run)
 
 
 def _show(run: GateRun) -> None:

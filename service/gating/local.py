@@ -118,7 +118,9 @@ def _judgement(job: GateJob) -> Judgement:
     if job.options.mode == "audit" or reference is None:
         from meshcone.verbs.audit import audit
 
-        return _of(audit(source, reference, job.options))
+        report = audit(source, reference, job.options)
+        page = AssetView(report=report.model_dump_json(), preview=None) if job.viewed else None
+        return _of(report, page)
     if job.options.mode == "measure":
         from meshcone.verbs.measure import measurement
 

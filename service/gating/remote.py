@@ -8,7 +8,7 @@ from typing import Any
 
 import httpx2
 
-from meshcone.errors import InputError, InternalError, SolveTimeoutError
+from meshcone.errors import InternalError, SolveTimeoutError
 from meshcone.gates.results import AssetResult, AssetView
 from meshcone.local_files import read_local
 from service.api.schemas import LABEL_LENGTH
@@ -50,9 +50,7 @@ class RemoteGatekeeper:
 
     def _judgement(self, job: GateJob) -> Judgement:
         source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
-        if job.pair.reference is None:
-            raise InputError("a service needs a reference: gate this asset without --server")
-        reference = read_local(job.pair.reference)
+        reference = None if job.pair.reference is None else read_local(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
         name = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
         labels = [name] if job.label is None else [job.label, name]
@@ -73,6 +71,6 @@ class RemoteGatekeeper:
     def _view(self, job_id: str, report: dict[str, Any]) -> AssetView:
         return AssetView(
             report=json.dumps(report),
-            preview=self._client.preview(job_id),
+            preview=None if report["mode"] == "audit" else self._client.preview(job_id),
             pictures=self._client.pictures(job_id),
         )

@@ -236,6 +236,15 @@ def test_a_folder_is_held_against_a_profile(tmp_path: Path) -> None:
     assert "undefined.obj: asset.materials.undefined 1, allowed 0" in finished.stdout
 
 
+def test_a_service_holds_an_asset_against_a_profile(tmp_path: Path, stack: Stack) -> None:
+    (tmp_path / "ball.obj").write_bytes(shapes.obj(*shapes.sphere(1)))
+
+    finished = gate(tmp_path, "ball.obj", "--profile", "web", "--server", stack.url)
+
+    assert (finished.returncode, finished.stderr) == (0, "")
+    assert "ok          asset.budget.triangles 32, allowed 100000" in finished.stdout
+
+
 def test_a_profile_is_printed_as_a_gate_file(tmp_path: Path) -> None:
     finished = gate(tmp_path, "--profile", "print", "--print")
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from math import inf
+from urllib.parse import quote
 
 from meshcone.gates.records import GateCheck
 from meshcone.gates.results import AssetResult, Ending, GateRun
@@ -30,8 +31,13 @@ _SHOWN: Mapping[Ending, str] = {
 _MARKUP = re.compile(r"[^\w /.,+=()%-]|(?<![^\W_])_|_(?![^\W_])|(?<=[wW]{3})\.")
 
 
-def to_markdown(run: GateRun) -> bytes:
-    """Write a run as Markdown: the verdict, a table of the worst assets, what failed of each."""
+def to_markdown(run: GateRun, pictures: Mapping[str, str] | None = None) -> bytes:
+    """Write a run as Markdown: the verdict, a table of the worst assets, what failed of each.
+
+    Args:
+        run: all assets.
+        pictures: by the name of an asset, the path of its picture from where the summary is.
+    """
     title = "MeshCone gate" if run.label is None else f"MeshCone gate: {_text(run.label)}"
     ends = ", ".join(f"{run.counts[each]} {_SHOWN[each]}" for each in _ORDER if run.counts[each])
     plural = "asset" if len(run.assets) == 1 else "assets"
@@ -41,7 +47,7 @@ def to_markdown(run: GateRun) -> bytes:
     ]
     length = sum(map(len, parts))
     for asset in sorted(run.assets, key=_badness):
-        part = _details(asset)
+        part = _details(asset, (pictures or {}).get(asset.name))
         if length + len(part) > MOST_CHARACTERS:
             parts.append("\nThere is more; it stands in the JSON, JUnit or SARIF file.\n")
             break
@@ -80,13 +86,15 @@ def _row(asset: AssetResult) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _details(asset: AssetResult) -> str:
+def _details(asset: AssetResult, picture: str | None) -> str:
     """All that an asset did not pass, and what is suspicious of it; nothing if there is nothing."""
     bad = _open_or_failed(asset)
     lines = [f"- {label(each.status, each.severity)}: {_text(each.words)}" for each in bad]
     if len(bad) > MOST_CHECKS:
         lines[MOST_CHECKS:] = [f"- and {len(bad) - MOST_CHECKS} more"]
     lines += [f"- warning: {_text(words)}" for words in _warnings(asset)]
+    if picture is not None:
+        lines += ["", f'<img alt="{_text(asset.name)}" src="{quote(picture)}">']
     if not lines:
         return ""
     shown = "\n".join(lines)
