@@ -16,7 +16,7 @@ from meshcone.assets.policy import PosePolicy
 from meshcone.errors import InputError
 from meshcone.settings import load_settings
 
-_ACCEPTED = "OBJ, glTF or GLB (as a reference also PLY, STL or OFF)"
+_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF"
 READABLE = frozenset({"", ".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _OTHER_FORMATS = {

@@ -1,4 +1,4 @@
-"""A PLY, STL or OFF file as an asset that can be read only."""
+"""A PLY, STL or OFF file as an asset."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset
 from meshcone.assets.foreign.off import read_off
@@ -13,6 +14,8 @@ from meshcone.assets.foreign.ply import read_ply
 from meshcone.assets.foreign.polygons import Polygons
 from meshcone.assets.foreign.stl import is_binary_stl, is_text_stl, read_stl
 from meshcone.assets.limits import Limits
+from meshcone.assets.normals import recompute_normals
+from meshcone.assets.policy import WritePolicy
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import weld_surface
@@ -44,13 +47,18 @@ def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) ->
         InputError: the file is damaged or holds no surface, with the line or byte at fault.
         LimitError: it has, or declares, more than ``limits`` accept.
     """
-    return ForeignAsset(name, kind, _READERS[kind](data, limits))
+    return ForeignAsset(name, kind, data, _READERS[kind](data, limits))
 
 
 class ForeignAsset(Asset):
-    """A mesh that can serve as a reference only."""
+    """A mesh of polygons alone.
 
-    def __init__(self, name: str, kind: ForeignFormat, polygons: Polygons) -> None:
+    Writing replaces the numbers of vertices that moved, in the type or with the digits the file
+    has, and of their normals. An STL's facets get the normals of the triangles they have become,
+    on the side where they were; those that are zero stay zero.
+    """
+
+    def __init__(self, name: str, kind: ForeignFormat, data: bytes, polygons: Polygons) -> None:
         whole = polygons.sizes >= 3
         corners = polygons.corners[np.repeat(whole, polygons.sizes)]
         sizes = polygons.sizes[whole]
@@ -71,20 +79,73 @@ class ForeignAsset(Asset):
             materials=0,
             warnings=tuple(warnings),
         )
+        self._data = data
+        self._places = polygons.places
         self.format = kind
         self.media_type = f"model/{kind}"
 
-    def ensure_writable(self, *_: object) -> None:
-        """Always refuse: too little of these files is kept to write them back.
+    def ensure_writable(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
+        """Check that it is known where the vertices are in the file.
 
         Raises:
-            InputError: always.
+            InputError: rows of a PLY up to its vertices have lists.
         """
-        raise InputError(
-            f"{self.format.upper()} files can be a reference, not a source; "
-            "send the source as OBJ, glTF or GLB",
-            file=self.name,
+        if self._places is None:
+            raise InputError(
+                "lists stand among the vertices of this PLY or before them: it can be a reference, "
+                "not a source",
+                file=self.name,
+            )
+
+    def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
+        positions, moved = self._scattered(vertices)
+        if not moved.any() or self._places is None:
+            return self._data
+        data = bytearray(self._data)
+        # Text that grows moves what comes after it; each kind of row is found anew.
+        rows = np.flatnonzero(moved)
+        self._places.positions.write(data, rows, positions[rows])
+        if self._places.normals is not None and policy.normals == "recompute":
+            stored = self._places.normals.read(self._data)
+            renew = self._facet_normals if self._places.by_facet else self._vertex_normals
+            normals, renewed = renew(stored, positions, vertices, moved, policy)
+            rows = np.flatnonzero(renewed)
+            if len(rows):
+                self._places.normals.write(data, rows, normals[rows])
+        return bytes(data)
+
+    def _facet_normals(
+        self,
+        stored: NDArray[np.float64],
+        positions: NDArray[np.float64],
+        vertices: NDArray[np.float64],  # noqa: ARG002
+        moved: NDArray[np.bool_],
+        policy: WritePolicy,  # noqa: ARG002
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        before, after = (_normals(each.reshape(-1, 3, 3)) for each in (self.positions, positions))
+        side = np.where((before * stored).sum(axis=1) < 0, -1.0, 1.0)
+        known = np.isfinite(stored).all(axis=1) & (stored != 0).any(axis=1) & after.any(axis=1)
+        return after * side[:, None], known & moved.reshape(-1, 3).any(axis=1)
+
+    def _vertex_normals(
+        self,
+        stored: NDArray[np.float64],
+        positions: NDArray[np.float64],  # noqa: ARG002
+        vertices: NDArray[np.float64],
+        moved: NDArray[np.bool_],  # noqa: ARG002
+        policy: WritePolicy,
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        corners = self._surface.triangles[self._surface.kept]
+        return recompute_normals(
+            self.vertices, vertices, self.faces, corners, self.weld, stored, policy.selected
         )
 
-    def _write(self, *_: object) -> bytes:
-        raise AssertionError("ensure_writable refuses every write")
+
+def _normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(m, 3) unit normals of (m, 3, 3) triangles; zero where one has no area."""
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(areas, axis=1, keepdims=True)
+    unit: NDArray[np.float64] = np.divide(
+        areas, lengths, out=np.zeros_like(areas), where=lengths > 0
+    )
+    return unit

@@ -13,6 +13,7 @@ from itertools import islice
 
 import numpy as np
 
+from meshcone.assets.foreign.places import Columns, Places, TextVectors
 from meshcone.assets.foreign.polygons import Polygons, check_corners
 from meshcone.assets.foreign.text import (
     Line,
@@ -43,6 +44,7 @@ def read_off(data: bytes, limits: Limits) -> Polygons:
     if keyword is None:
         raise InputError(f"expected 'OFF', found '{shown(text)}'", place=f"line {number}")
     counts = text[keyword.end() :]
+    above = 1 if counts else 2  # lines before the vertices
     if keyword[2] or counts.startswith(b"BINARY"):
         raise InputError(
             f"'{shown(text)}' is not supported; expected a three-dimensional ASCII OFF",
@@ -64,10 +66,25 @@ def read_off(data: bytes, limits: Limits) -> Polygons:
         corners += found
     require(faces, "faces", places)
     polygons = Polygons(
-        positions, np.array(corners, dtype=np.int64), np.array(sizes, dtype=np.int64)
+        positions,
+        np.array(corners, dtype=np.int64),
+        np.array(sizes, dtype=np.int64),
+        _places(above, vertices, has_normals=bool(keyword[1])),
     )
     check_corners(polygons.corners, polygons.sizes, vertices, lambda row: f"line {places[row]}")
     return polygons
+
+
+def _places(above: int, vertices: int, *, has_normals: bool) -> Places:
+    words = 6 if has_normals else 3
+
+    def vectors(columns: Columns, *, directions: bool) -> TextVectors:
+        return TextVectors(0, above, vertices, columns, words, comments=True, directions=directions)
+
+    return Places(
+        vectors((0, 1, 2), directions=False),
+        vectors((3, 4, 5), directions=True) if has_normals else None,
+    )
 
 
 def _counts(text: bytes, line: int, limits: Limits) -> tuple[int, int]:

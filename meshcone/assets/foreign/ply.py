@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.foreign.places import BinaryVectors, Places, TextVectors, Vectors
 from meshcone.assets.foreign.ply_ascii import AsciiBody
 from meshcone.assets.foreign.ply_binary import BinaryBody
-from meshcone.assets.foreign.ply_header import Element, read_header
+from meshcone.assets.foreign.ply_header import Element, Header, read_header
 from meshcone.assets.foreign.polygons import Polygons, check_corners, check_positions
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
+_NORMAL = (b"nx", b"ny", b"nz")
 _END = -1  # ends a strip within a list (Stanford's scans have all of a mesh in one)
 _CORNER_NAMES = (b"vertex_indices", b"vertex_index")
 
@@ -52,7 +54,41 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
         positions,
         np.concatenate([corners, triangles.reshape(-1)]),
         np.concatenate([sizes, np.full(len(triangles), 3)]),
+        _places(header),
     )
+
+
+def _places(header: Header) -> Places | None:
+    """Where the vertices are; None where rows of the elements up to them differ in length."""
+    above = [element.name for element in header.elements].index(b"vertex")
+    if any(element.has_lists for element in header.elements[: above + 1]):
+        return None
+    vertex = header.elements[above]
+    names = [item.name for item in vertex.properties]
+    sizes = [item.values.itemsize for item in vertex.properties]
+    skipped = [e for e in header.elements[:above] if e.properties]
+
+    def vectors(wanted: tuple[bytes, bytes, bytes]) -> Vectors:
+        x, y, z = (names.index(name) for name in wanted)
+        if header.encoding == "ascii":
+            return TextVectors(
+                start=header.size,
+                skipped=sum(e.count for e in skipped),
+                count=vertex.count,
+                columns=(x, y, z),
+                directions=wanted == _NORMAL,
+            )
+        first, second, third = (vertex.properties[place].values for place in (x, y, z))
+        return BinaryVectors(
+            start=header.size + sum(e.count * e.least_bytes for e in skipped),
+            stride=sum(sizes),
+            count=vertex.count,
+            offsets=(sum(sizes[:x]), sum(sizes[:y]), sum(sizes[:z])),
+            kinds=(first, second, third),
+        )
+
+    has_normals = all(name in names for name in _NORMAL)
+    return Places(vectors((b"x", b"y", b"z")), vectors(_NORMAL) if has_normals else None)
 
 
 def _triangles(corners: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.foreign.places import Places
 from meshcone.assets.limits import LARGEST_COORDINATE
 from meshcone.errors import InputError
 
@@ -20,11 +21,13 @@ class Polygons:
         positions: (r, 3) vertices.
         corners: (c,) vertex of each corner, polygon after polygon.
         sizes: (p,) corners of each polygon.
+        places: where the file has the vertices; None where nobody here can say.
     """
 
     positions: NDArray[np.float64]
     corners: NDArray[np.int64]
     sizes: NDArray[np.int64]
+    places: Places | None = None
 
 
 def check_positions(positions: NDArray[np.float64], place: Callable[[int], str]) -> None:

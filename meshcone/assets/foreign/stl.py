@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import re
 import struct
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.foreign.places import BinaryVectors, Places, TextVectors, Vectors
 from meshcone.assets.foreign.polygons import Polygons, check_positions
 from meshcone.assets.foreign.text import Line, content_lines, points, shown
 from meshcone.assets.limits import Limits
@@ -81,7 +83,7 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
     with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
         positions = table["corners"].reshape(-1, 3).astype(np.float64)
     check_positions(positions, lambda row: f"byte {_HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
-    return _soup(positions)
+    return _soup(positions, Places(_Corners(count), _facet(count, 0), by_facet=True))
 
 
 def _read_ascii(data: bytes, limits: Limits) -> Polygons:
@@ -99,7 +101,17 @@ def _read_ascii(data: bytes, limits: Limits) -> Polygons:
         raise _unexpected(state, "the end of the file", number)
     limits.check("faces", len(vertices) // 3, "triangles")
     limits.check("vertices", len(vertices), "vertices")
-    return _soup(points(vertices))
+    words = TextVectors(0, 0, len(vertices), (1, 2, 3), comments=True, keyword=b"vertex")
+    facets = TextVectors(
+        0,
+        0,
+        len(vertices) // 3,
+        (2, 3, 4),
+        comments=True,
+        keyword=b"facet",
+        directions=True,
+    )
+    return _soup(points(vertices), Places(words, facets, by_facet=True))
 
 
 def _unexpected(state: str, found: str, line: int) -> InputError:
@@ -107,7 +119,31 @@ def _unexpected(state: str, found: str, line: int) -> InputError:
     return InputError(f"expected {expected} after {state}, found {found}", place=f"line {line}")
 
 
-def _soup(positions: NDArray[np.float64]) -> Polygons:
+def _facet(count: int, offset: int) -> BinaryVectors:
+    """Three numbers of each facet of a binary file."""
+    real = np.dtype("<f4")
+    offsets = (offset, offset + 4, offset + 8)
+    return BinaryVectors(_HEADER, _TRIANGLE.itemsize, count, offsets, (real, real, real))
+
+
+@dataclass(frozen=True)
+class _Corners(Vectors):
+    """The three corners of each facet of a binary file, one after the other."""
+
+    facets: int
+
+    def read(self, data: bytes) -> NDArray[np.float64]:
+        corners = [_facet(self.facets, 12 * (1 + corner)).read(data) for corner in range(3)]
+        return np.stack(corners, axis=1).reshape(-1, 3)
+
+    def write(self, data: bytearray, rows: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        for corner in range(3):
+            own = rows % 3 == corner
+            _facet(self.facets, 12 * (1 + corner)).write(data, rows[own] // 3, values[own])
+
+
+def _soup(positions: NDArray[np.float64], places: Places) -> Polygons:
     """Triangles that share no vertex; welding joins them."""
     corners = np.arange(len(positions), dtype=np.int64)
-    return Polygons(positions, corners, np.full(len(positions) // 3, 3, dtype=np.int64))
+    sizes = np.full(len(positions) // 3, 3, dtype=np.int64)
+    return Polygons(positions, corners, sizes, places)

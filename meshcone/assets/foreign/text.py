@@ -9,6 +9,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.foreign.places import uncommented
 from meshcone.assets.foreign.polygons import check_positions
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
@@ -17,7 +18,6 @@ _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|in
 _INTEGER = re.compile(rb"[+-]?\d{1,18}")
 # What Microsoft's C library printed for what is no number.
 _NO_NUMBER = re.compile(rb"[+-]?1\.#(?:IND|INF|QNAN|SNAN)\d*", re.I)
-_COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
 
 _BLOCK_BYTES = 1024 * 1024
 
@@ -43,7 +43,7 @@ def content_lines(
     return (
         (number, text)
         for number, line in enumerate(_lines(data), first)
-        if (text := (_COMMENT.sub(b"", line) if comments and b"#" in line else line).strip())
+        if (text := (uncommented(line) if comments else line).strip())
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
@@ -75,6 +76,21 @@ def test_it_comes_closer_and_verifies(source: Gltf, reference: MeshFile, options
     limit = CLOSER if "select" not in options else 0.9
     distance = quality.refined.point_to_surface.mean
     assert distance < limit * quality.input.point_to_surface.mean
+    assert evidence.failed() == set()
+
+
+@pytest.mark.parametrize("kind", ["ply", "stl", "off"])
+def test_a_mesh_of_polygons_alone_comes_closer_and_verifies(kind: str) -> None:
+    vertices, faces = shapes.sphere(2, RADIUS)
+    mesh = trimesh.Trimesh(shapes.noisy(vertices, seed=7), faces, process=False)
+    data = mesh.export(file_type=kind)
+    source = MeshFile(f"rough.{kind}", data if isinstance(data, bytes) else data.encode())
+
+    evidence = Evidence.of(source, smooth(), FAST)
+
+    quality = evidence.report.quality
+    assert quality.refined is not None
+    assert quality.refined.point_to_surface.mean < CLOSER * quality.input.point_to_surface.mean
     assert evidence.failed() == set()
 
 

@@ -151,11 +151,12 @@ def test_a_resource_may_have_a_path_as_the_mesh_names_it(http: TestClient) -> No
     assert said == "declares 36 bytes, the buffer has 35"
 
 
-def test_a_mesh_in_a_format_that_cannot_be_written_is_refused_as_source(http: TestClient) -> None:
+def test_a_mesh_that_cannot_be_written_is_refused_as_source(http: TestClient) -> None:
     ply = (
         b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-        b"property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-        b"end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+        b"property float z\nproperty list uchar int of\nelement face 1\n"
+        b"property list uchar int vertex_indices\nend_header\n"
+        b"0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n"
     )
 
     answer = http.post("/v1/jobs", files=both(source=("mug.ply", ply)), data=DEFAULTS)

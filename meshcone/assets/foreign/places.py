@@ -1,0 +1,194 @@
+"""Where a PLY, STL or OFF file has the numbers of its vertices and normals, and new ones there."""
+
+from __future__ import annotations
+
+import abc
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.number_style import NumberStyle
+from meshcone.errors import InputError
+
+_LINE = re.compile(rb"[^\r\n]+")
+_WORD = re.compile(rb"\S+")
+_SAMPLED = 20_000
+_COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
+
+Columns = tuple[int, int, int]
+Spans = list[tuple[int, int]]
+
+
+class Vectors(abc.ABC):
+    """A row of three numbers for each vertex, or for each facet, somewhere in a file."""
+
+    @abc.abstractmethod
+    def read(self, data: bytes) -> NDArray[np.float64]:
+        """(n, 3) numbers; NaN in all of a row that has others."""
+
+    @abc.abstractmethod
+    def write(self, data: bytearray, rows: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Put (k, 3) numbers in the place of those of some rows.
+
+        Raises:
+            InputError: one does not fit the type the file has.
+        """
+
+
+@dataclass(frozen=True)
+class BinaryVectors(Vectors):
+    """Three numbers of each row of a table of bytes.
+
+    Attributes:
+        start: byte the first row begins at.
+        stride: bytes from a row to the next.
+        count: how many rows.
+        offsets: bytes from the beginning of a row to each number.
+        kinds: their types.
+    """
+
+    start: int
+    stride: int
+    count: int
+    offsets: Columns
+    kinds: tuple[np.dtype[Any], np.dtype[Any], np.dtype[Any]]
+
+    def read(self, data: bytes) -> NDArray[np.float64]:
+        """See :meth:`Vectors.read`."""
+        with np.errstate(invalid="ignore"):
+            columns = [column.astype(np.float64) for column in self._columns(data)]
+        return np.stack(columns, axis=1)
+
+    def write(self, data: bytearray, rows: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """See :meth:`Vectors.write`."""
+        for axis, column in enumerate(self._columns(data)):
+            wanted = values[:, axis]
+            if column.dtype.kind != "f":
+                wanted = np.rint(wanted)
+                bounds = np.iinfo(column.dtype)
+                fits = (wanted >= bounds.min) & (wanted <= bounds.max)
+            else:
+                with np.errstate(over="ignore"):
+                    fits = np.isfinite(wanted.astype(column.dtype))
+            if not fits.all():
+                raise InputError(
+                    f"a refined value does not fit {column.dtype.name}; store floats instead",
+                    place=f"byte {self.start + self.stride * int(rows[np.argmin(fits)])}",
+                )
+            column[rows] = wanted.astype(column.dtype)
+
+    def _columns(self, data: bytes | bytearray) -> list[NDArray[Any]]:
+        return [
+            np.ndarray((self.count,), kind, data, self.start + offset, (self.stride,))
+            for offset, kind in zip(self.offsets, self.kinds, strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class TextVectors(Vectors):
+    """Three words of each of a run of lines.
+
+    Attributes:
+        start: byte the first of all lines begins at.
+        skipped: lines with content before the first row.
+        count: how many rows.
+        columns: which words of a row.
+        words: how many a row has at least; it may be wrapped where it has fewer.
+        comments: whether ``#`` starts one.
+        keyword: the first word of the lines that are rows; None where every line is one.
+        directions: whether the numbers are of unit vectors.
+    """
+
+    start: int
+    skipped: int
+    count: int
+    columns: Columns
+    words: int = 1
+    comments: bool = False
+    keyword: bytes | None = None
+    directions: bool = False
+
+    def read(self, data: bytes) -> NDArray[np.float64]:
+        """See :meth:`Vectors.read`."""
+        rows = np.full((self.count, 3), np.nan)
+        for row, spans in enumerate(self._rows(data)):
+            try:
+                rows[row] = [float(data[start:end]) for start, end in spans]
+            except ValueError:
+                continue
+        rows[~np.isfinite(rows).all(axis=1)] = np.nan
+        return rows
+
+    def write(self, data: bytearray, rows: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """See :meth:`Vectors.write`; numbers that stay keep their text."""
+        text = bytes(data)
+        old = self.read(text)
+        number = self._style(text, old, values).format
+        wanted = dict(zip(rows.tolist(), (values + 0.0).tolist(), strict=True))
+        pieces, reached = [], 0
+        for row, spans in enumerate(self._rows(text)):
+            if row not in wanted:
+                continue
+            for (start, end), value, before in zip(spans, wanted[row], old[row], strict=False):
+                if value != before:
+                    pieces += [text[reached:start], number % value]
+                    reached = end
+        data[:] = b"".join([*pieces, text[reached:]])
+
+    def _style(
+        self, text: bytes, old: NDArray[np.float64], new: NDArray[np.float64]
+    ) -> NumberStyle:
+        step = max(1, self.count // _SAMPLED)
+        style = NumberStyle.of(
+            text[start:end]
+            for spans in islice(self._rows(text), 0, None, step)
+            for start, end in spans
+        )
+        if self.directions:
+            return style.for_normals()
+        return style.resolving(np.concatenate([old[np.isfinite(old).all(axis=1)], new]))
+
+    def _rows(self, data: bytes) -> Iterator[Spans]:
+        """Where the three words of each row are; fewer, where a line lacks them."""
+        lines = islice(self._lines(data), self.skipped, None)
+        for _, words in zip(range(self.count), lines, strict=False):
+            while len(words) < self.words and (more := next(lines, None)):
+                words = words + more
+            yield [words[column] for column in self.columns if column < len(words)]
+
+    def _lines(self, data: bytes) -> Iterator[Spans]:
+        for match in _LINE.finditer(data, self.start):
+            text = uncommented(match[0]) if self.comments else match[0]
+            words = [
+                (match.start() + w.start(), match.start() + w.end()) for w in _WORD.finditer(text)
+            ]
+            if not words:
+                continue
+            first = data[words[0][0] : words[0][1]].lower()
+            if self.keyword is None or first == self.keyword:
+                yield words
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a file has what writing may change.
+
+    Attributes:
+        positions: of each vertex.
+        normals: of each vertex, or of each facet; None if it has none.
+        by_facet: which of the two.
+    """
+
+    positions: Vectors
+    normals: Vectors | None = None
+    by_facet: bool = False
+
+
+def uncommented(line: bytes) -> bytes:
+    """A line up to its comment."""
+    return _COMMENT.sub(b"", line) if b"#" in line else line
