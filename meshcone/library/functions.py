@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from meshcone.certificate.checks import Verification
     from meshcone.options import Mode, Options
     from meshcone.progress import ProgressCallback
+    from meshcone.verbs.within import Promise
 
 Gates = Mapping[str, Any] | str | os.PathLike[str]
 
@@ -79,6 +80,27 @@ def refine_loaded(
     source = source.with_file(options.cones.pin.vertices_file)
     with one_thread():
         return Refined(source, reference, run(source, reference, options, progress=progress))
+
+
+def refine_loaded_within(
+    source: LoadedMesh,
+    reference: LoadedMesh,
+    options: Options,
+    tolerance: str,
+    progress: ProgressCallback | None = None,
+) -> tuple[Refined, Promise]:
+    """Refine to a tolerance, given as ``meshcone refine --within`` takes it.
+
+    Raises:
+        meshcone.errors.InputError: it is none; and what :func:`refine` raises.
+    """
+    from meshcone.verbs.within import Tolerance, refine_within
+
+    source = source.with_file(options.cones.pin.vertices_file)
+    asked = Tolerance.parse(tolerance)
+    with one_thread():
+        found = refine_within(source, reference, options, asked, progress)
+    return Refined(source, reference, found.refinement), found
 
 
 def measure(

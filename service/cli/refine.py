@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,12 @@ from meshcone.errors import InputError
 from meshcone.outputs import certificate_path
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from meshcone.report.report import Report
+
+_NOT_REACHED = 1
+_PLACES = 5
 
 
 def command(
@@ -36,14 +42,22 @@ def command(
     formulation: Annotated[
         str | None, typer.Option(help="Program to solve: surface or centroid. [default: surface]")
     ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option(
+            help="Tolerance to reach and to prove: 0.5 or 0.5mm in the unit of the files, or "
+            "0.2% of the radius. Exits with 1 where it is not reached.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Annotated[
         bool, typer.Option("-q", "--quiet", help="Say nothing of what came of it.")
     ] = False,
     per: Per = None,
     assignments: Assignments = None,
-) -> None:
+) -> int:
     """Refine SOURCE towards REFERENCE."""
-    from meshcone.library.functions import refine_loaded
+    from meshcone.library.functions import refine_loaded, refine_loaded_within
     from meshcone.library.inputs import load_unread
     from meshcone.library.results import require_saveable
 
@@ -55,17 +69,40 @@ def command(
     source_file, reference_file = load_unread(source, "source"), load_unread(reference, "reference")
     source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)
+    promise = None
     with progress_bar() as show:
-        refined = refine_loaded(source_file, reference_file, options, progress=show)
+        if within is None:
+            refined = refine_loaded(source_file, reference_file, options, progress=show)
+        else:
+            refined, promise = refine_loaded_within(
+                source_file, reference_file, options, within, progress=show
+            )
     refined.save(out, report=report, html=html)
     for warning in refined.report.warnings:
         typer.echo(f"warning        {warning}", err=True)
+    reached = promise is None or promise.kept
+    if promise is not None and not promise.kept:
+        for line in _missed(refined.report, within or "", promise.attempts):
+            typer.echo(line, err=True)
     if quiet:
-        return
+        return 0 if reached else _NOT_REACHED
     beside = [report] if report is not None else []
     if report is not None and refined.certificate is not None:
         beside.append(certificate_path(report))
     _show(refined.report.model_dump(mode="json"), [out, *beside, *([html] if html else [])])
+    return 0 if reached else _NOT_REACHED
+
+
+def _missed(report: Report, within: str, attempts: int) -> Iterator[str]:
+    """That a tolerance was not reached, and where."""
+    from meshcone.gates.words import number, point
+
+    yield f"not within {within}, after {attempts} refinements; the closest of them was written"
+    checks = report.gates.checks if report.gates is not None else ()
+    yield from (f"reason         {check.words}" for check in checks if check.key == "deviation.max")
+    for place in report.quality.worst_points[:_PLACES]:
+        distance = number(place.distance * report.frame.radius)
+        yield f"place          {distance} units off near {point(place.position)}"
 
 
 def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:

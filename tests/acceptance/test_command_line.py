@@ -310,3 +310,20 @@ def test_openapi_check_tells_a_stale_file(tmp_path: Path) -> None:
 
     assert_refused(stale, "is not current", code=1)
     assert (written.returncode, current.returncode) == (0, 0)
+
+
+def test_a_tolerance_is_reached_and_proven_or_exits_with_1_and_places(directory: Path) -> None:
+    quick = ("--set", "effort=fast", "--set", "quality.samples=500")
+    kept = meshcone(
+        directory, "refine", "rough.obj", "ball.obj", "-o", "kept.obj", "--within", "0.5mm", *quick
+    )
+    missed = meshcone(
+        directory, "refine", "rough.obj", "ball.obj", "-o", "far.obj", "--within", "1e-9%", *quick
+    )
+
+    assert kept.returncode == 0
+    assert " mm of the reference" in kept.stdout.splitlines()[0]
+    assert missed.returncode == 1
+    assert missed.stderr.startswith("not within 1e-9%, after 3 refinements")
+    assert "place  " in missed.stderr
+    assert (directory / "far.obj").exists()

@@ -1,0 +1,75 @@
+"""A tolerance to reach, and the proof that it is reached."""
+
+from __future__ import annotations
+
+import pytest
+
+from meshcone.errors import InputError
+from meshcone.files import MeshFile
+from meshcone.options import Options, parse_options
+from meshcone.verbs.within import Promise, Tolerance, refine_within
+from tests import shapes
+
+FACES = shapes.sphere(3)[1]
+REFERENCE = MeshFile("ball.obj", shapes.obj(*shapes.sphere(3)))
+SOURCE = MeshFile("rough.obj", shapes.obj(shapes.noisy(shapes.sphere(3)[0]), FACES))
+
+
+def options(**asked: object) -> Options:
+    quick = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
+    return parse_options({"effort": "fast", "quality": quick, **asked})
+
+
+def promise(text: str, **asked: object) -> Promise:
+    return refine_within(SOURCE, REFERENCE, options(**asked), Tolerance.parse(text))
+
+
+def test_what_the_first_refinement_reaches_takes_one() -> None:
+    found = promise("0.2mm")
+    assert (found.kept, found.attempts) == (True, 1)
+    deviation = found.refinement.report.deviation
+    assert deviation is not None
+    assert deviation.max.upper_model <= 0.2
+
+
+def test_what_it_does_not_reach_is_tried_harder() -> None:
+    first = promise("0.2").refinement.report.quality.refined
+    assert first is not None
+    wanted = 0.9 * first.point_to_surface.max * 2.0  # the radius
+    found = promise(f"{wanted:.6f}")
+    assert found.attempts > 1
+    assert len(found.refinement.report.options.surface.fairness) > 5
+
+
+def test_what_nothing_reaches_returns_the_closest() -> None:
+    found = promise("1e-9%")
+    assert (found.kept, found.attempts) == (False, 3)
+    assert found.refinement.report.gates is not None
+    assert found.refinement.report.gates.verdict == "fail"
+
+
+def test_a_share_of_the_radius_is_a_relative_bound() -> None:
+    gates = Tolerance.parse("0.5 %").gated(options()).gates
+    assert gates["deviation.max"].max == pytest.approx(0.005)
+    assert gates["deviation.max"].max_model is None
+
+
+def test_a_length_keeps_the_name_of_its_unit() -> None:
+    gate = Tolerance.parse("1.5e-1mm").gated(options()).gates["deviation.max"]
+    assert (gate.max_model, gate.unit) == (0.15, "mm")
+
+
+@pytest.mark.parametrize("text", ["", "mm", "-1", "0", "1 2", "nan", "0.5mm²", "1e99"])
+def test_what_is_no_tolerance_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="is no tolerance"):
+        Tolerance.parse(text)
+
+
+def test_a_tolerance_and_a_gate_on_the_same_are_refused() -> None:
+    with pytest.raises(InputError, match="there is one already"):
+        promise("1", gates={"deviation.max": {"max": 0.1}})
+
+
+def test_a_tolerance_without_proof_is_refused() -> None:
+    with pytest.raises(InputError, match=r"deviation\.prove"):
+        promise("1", deviation={"prove": False})
