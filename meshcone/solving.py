@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation
 from meshcone.program.answer import RefinedPositions
+from meshcone.program.attempt import RoundCallback
 from meshcone.program.paper import refine_centroid
-from meshcone.program.rounds import RoundCallback, SurfaceRefiner
+from meshcone.program.rounds import SurfaceRefiner
 
 
 def solve(

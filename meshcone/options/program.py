@@ -46,6 +46,17 @@ class SurfaceOptions(Section):
     reverse_from: int = Field(
         1, ge=0, le=1000, description="first round, counted from 0, in which reference samples pull"
     )
+    faces: WeightOrNone = Field(
+        3.0,
+        description="weight of samples of the source's faces pulled to the reference, and of "
+        "reference samples in the same rounds; 0: no round has them",
+    )
+    faces_from: int = Field(
+        3,
+        ge=0,
+        le=1000,
+        description="first round, counted from 0, in which samples of the source's faces pull",
+    )
     reach: Weight = Field(
         4.0,
         description="how far from the source a reference sample may lie and still pull, in "

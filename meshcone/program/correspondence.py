@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.options import SurfaceOptions
-from meshcone.program.prepared_reference import PreparedReference
+from meshcone.program.prepared_reference import PreparedReference, sample_count
 from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.trust import across_a_border
-from meshcone.surface import Mesh, SurfaceTree
-from meshcone.surface.arrays import row_dot
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Bools, row_dot
 from meshcone.surface.closest import barycentric_weights
 
 # A vertex whose normal opposes the closest face's belongs to the other side of a thin
@@ -58,11 +58,16 @@ def round_objective(
         targets=closest.points,
         tangential=options.tangential,
     )
-    backward: PlanePull | None = None
-    carried: SurfacePoints | None = None
-    if round_index >= options.reverse_from and options.reverse > 0:
+    pulls: list[_Pull] = []
+    faces = options.faces if round_index >= options.faces_from else 0.0
+    reverse = faces or options.reverse
+    if round_index >= options.reverse_from and reverse > 0:
         reach = options.reach * float(np.median(closest.distances)) + _REACH_FLOOR
-        backward, carried = _reverse_term(moving, reference, structure, options, reach)
+        pulls.append(_reverse_term(moving, reference, structure, options, reach, reverse))
+    if faces > 0 and moving.face_areas.sum() > 0:
+        seed = reference.seed + round_index
+        pulls.append(_face_term(moving, reference, structure, options, carried_along, seed))
+    backward, carried = _together(pulls)
     return SurfaceObjective(
         forward=forward,
         backward=backward,
@@ -75,13 +80,68 @@ def round_objective(
     )
 
 
+_Pull = tuple[PlanePull, SurfacePoints]
+
+
+def _together(pulls: list[_Pull]) -> _Pull | tuple[None, None]:
+    """Join pulls at points that the same mesh carries."""
+    if not pulls:
+        return None, None
+    (pull, points), *others = pulls
+    for more, places in others:
+        pull = PlanePull(
+            weights=np.concatenate([pull.weights, more.weights]),
+            normals=np.concatenate([pull.normals, more.normals]),
+            targets=np.concatenate([pull.targets, more.targets]),
+            tangential=pull.tangential,
+        )
+        points = SurfacePoints(
+            corners=np.concatenate([points.corners, places.corners]),
+            weights=np.concatenate([points.weights, places.weights]),
+            vertex_count=points.vertex_count,
+        )
+    return pull, points
+
+
+def _face_term(
+    moving: Mesh,
+    reference: PreparedReference,
+    structure: SourceStructure,
+    options: SurfaceOptions,
+    carried_along: Bools,
+    seed: int,
+) -> _Pull:
+    """Pull samples of the moving faces to the reference: what a distance is measured on.
+
+    Vertices on a curved surface leave the faces between them inside of it.
+    """
+    count = sample_count(len(moving.vertices))
+    samples = sample_surface(moving, count, seed)
+    corners = moving.faces.take(samples.faces, axis=0)
+    closest = reference.tree.closest(samples.points)
+    normals = reference.tree.mesh.face_normals.take(closest.faces, axis=0)
+    agreement = structure.orientation * row_dot(samples.normals, normals)
+    astray = carried_along[corners].any(axis=1)
+    astray |= across_a_border(samples.points, closest, reference)
+    weights = np.where(astray, 0.0, np.where(agreement < 0, _OPPOSED_WEIGHT, 1.0))
+    pull = PlanePull(
+        weights=options.faces * len(moving.vertices) / count * weights,
+        normals=normals,
+        targets=closest.points,
+        tangential=options.tangential,
+    )
+    shares = barycentric_weights(samples.points, moving, samples.faces)
+    return pull, SurfacePoints(corners, shares, len(moving.vertices))
+
+
 def _reverse_term(
     moving: Mesh,
     reference: PreparedReference,
     structure: SourceStructure,
     options: SurfaceOptions,
     reach: float,
-) -> tuple[PlanePull, SurfacePoints]:
+    strength: float,
+) -> _Pull:
     on_source = SurfaceTree(moving).closest(reference.points)
     facing = structure.orientation * row_dot(
         moving.face_normals.take(on_source.faces, axis=0), reference.normals
@@ -89,7 +149,7 @@ def _reverse_term(
     lost = structure.lost[moving.faces].all(axis=1).take(on_source.faces)
     counted = np.flatnonzero((facing > 0) & (on_source.distances < reach) & ~lost)
     faces = on_source.faces.take(counted)
-    weight = options.reverse * len(moving.vertices) / len(reference.points)
+    weight = strength * len(moving.vertices) / len(reference.points)
     pull = PlanePull(
         weights=np.full(len(counted), weight),
         normals=reference.normals.take(counted, axis=0),

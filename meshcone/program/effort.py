@@ -1,8 +1,8 @@
 """Which settings of the surface program are tried.
 
 No single setting serves every mesh: dense noisy ones need strong smoothing first, which
-melts coarse ones; thin parts need strong samples that reach far. ``best`` runs a few
-and keeps the one closest to the reference; figures in ``docs/performance.md``.
+melts coarse ones; thin parts need strong samples that reach far. ``best`` lets two race and
+has the one that comes closer finish; figures in ``docs/performance.md``.
 """
 
 from __future__ import annotations
@@ -11,16 +11,27 @@ from dataclasses import dataclass
 
 from meshcone.options import Options, SurfaceOptions
 
-_UNFOLDING = (30.0, 10.0)
-_FINISHING = (0.01, 0.003)
+_SMOOTHING = (30.0, 10.0)
+_FINISHING = (0.003, 0.001)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A named variation of the caller's settings."""
+    """A named variation of the caller's settings.
+
+    Attributes:
+        name: what reports call it.
+        options: the settings.
+    """
 
     name: str
     options: SurfaceOptions
+
+    @property
+    def heat(self) -> int:
+        """Rounds of the race: those without face pulls, or all."""
+        rounds = len(self.options.fairness)
+        return min(self.options.faces_from, rounds) or rounds
 
 
 def candidates(options: Options) -> list[Candidate]:
@@ -33,15 +44,16 @@ def candidates(options: Options) -> list[Candidate]:
     if options.effort == "fast":
         return [Candidate("as set", base)]
     finished = base.fairness + _FINISHING
+    later = len(_SMOOTHING)
     from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}
     return [
-        Candidate("unfolding", _with(base, fairness=_UNFOLDING + finished)),
         Candidate(
             "smoothing",
             _with(
                 base,
-                fairness=_UNFOLDING + finished,
-                fairness_knee=_UNFOLDING[0],
+                fairness=_SMOOTHING + finished,
+                fairness_knee=_SMOOTHING[0],
+                faces_from=base.faces_from + later,
                 **from_afar,
             ),
         ),

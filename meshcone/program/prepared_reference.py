@@ -16,6 +16,11 @@ _FEWEST_SAMPLES = 2000
 _DENSE_FROM = 40_000
 
 
+def sample_count(source_vertices: int) -> int:
+    """Return how many samples of either surface pull."""
+    return max(min(2 * source_vertices, _DENSE_FROM + source_vertices // 4), _FEWEST_SAMPLES)
+
+
 @dataclass(frozen=True)
 class PreparedReference:
     """The reference with what every round asks of it.
@@ -24,11 +29,13 @@ class PreparedReference:
         tree: closest points on it.
         points: (k, 3) samples of it: on its faces and at its vertices.
         normals: (k, 3) their normals.
+        seed: of the samples.
     """
 
     tree: SurfaceTree
     points: Floats
     normals: Floats
+    seed: int
 
     @staticmethod
     def of(reference: Mesh, source_vertices: int, seed: int) -> PreparedReference:
@@ -36,8 +43,7 @@ class PreparedReference:
 
         Its own vertices are among the samples: they are where corners are.
         """
-        count = min(2 * source_vertices, _DENSE_FROM + source_vertices // 4)
-        count = max(count, _FEWEST_SAMPLES)
+        count = sample_count(source_vertices)
         samples = sample_surface(reference, count, seed)
         chosen = reference.used_vertices
         if len(chosen) > count:
@@ -45,4 +51,4 @@ class PreparedReference:
         points = np.concatenate([samples.points, reference.vertices[chosen]])
         normals = np.concatenate([samples.normals, reference.vertex_normals[chosen]])
         order = spatial_order(points)
-        return PreparedReference(SurfaceTree(reference), points[order], normals[order])
+        return PreparedReference(SurfaceTree(reference), points[order], normals[order], seed)

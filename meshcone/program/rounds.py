@@ -3,50 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from meshcone.deadline import require_time
-from meshcone.errors import InternalError
 from meshcone.options import Options
-from meshcone.program.answer import FinalProgram, RefinedPositions
-from meshcone.program.cones import ConeFamily
+from meshcone.program.answer import RefinedPositions
+from meshcone.program.attempt import Attempt, Countdown, RoundCallback
 from meshcone.program.confirm import confirm_optimum
-from meshcone.program.diagnostics import RoundRecord
-from meshcone.program.effort import Candidate, candidates
-from meshcone.program.feasibility import require_feasible
-from meshcone.program.multipliers import Multipliers
+from meshcone.program.effort import candidates
 from meshcone.program.records import record_round
-from meshcone.program.round_solver import RoundSolution, finish_by_scs, solve_round
-from meshcone.program.surface_objective import SurfaceObjective
+from meshcone.program.round_solver import RoundSolution, finish_by_scs
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
-RoundCallback = Callable[[int, int], None]
-
-# Rounds before the last only prepare the next one's data: their relaxation need not be
-# solved beyond this share of its first gradient.
-_INTERMEDIATE_REDUCTION = 1e-2
-# A round that moves no vertex by more than this share of the radius ends the refinement.
-_STANDSTILL = 1e-7
 _SCORING_SAMPLES = 4000
-
-
-@dataclass(frozen=True)
-class _CandidateRun:
-    """A setting's last round; ``final`` is let go of where another setting came closer."""
-
-    candidate: Candidate
-    round_index: int
-    before: Floats
-    final: FinalProgram | None
-    solution: RoundSolution
-    records: list[RoundRecord]
-    score: float
+# Settings this close after the race finish both: the last rounds may turn them around.
+_CLOSE_RACE = 1.1
 
 
 class SurfaceRefiner:
@@ -61,7 +35,7 @@ class SurfaceRefiner:
         self._source, self._options = problems.source, problems.options
 
     def run(self, on_round: RoundCallback | None = None) -> RefinedPositions:
-        """Refine under each setting, keep the one closest to the reference, confirm it.
+        """Let the settings race, have the one closest to the reference finish, and confirm it.
 
         Args:
             on_round: called with the rounds done and the rounds in all.
@@ -69,17 +43,34 @@ class SurfaceRefiner:
         if not self._options.surface.fairness:
             return RefinedPositions(self._source.vertices, [], None)
         tried = candidates(self._options)
-        count = _Countdown(on_round, sum(len(c.options.fairness) for c in tried))
-        runs: list[_CandidateRun] = []
-        for candidate in tried:
-            runs.append(self._run_one(candidate, count, scored=len(tried) > 1))
-            runs.sort(key=lambda run: run.score)
-            # A program is large: never hold more than two.
-            runs[1:] = [replace(run, final=None) for run in runs[1:]]
-        return self._first_harmless(runs)
+        count = Countdown(on_round, sum(len(c.options.fairness) for c in tried))
+        attempts = [Attempt(c.name, self._problems.problem(c), self._options.solver) for c in tried]
+        ahead = self._ahead(attempts, [c.heat for c in tried], count)
+        for attempt in ahead:
+            attempt.complete(count)
+            if attempt is not ahead[0]:
+                attempt.let_go()
+        if len(ahead) > 1:
+            ahead = self._by_score(ahead)
+        return self._first_harmless([*ahead, *(a for a in attempts if a not in ahead)], count)
 
-    def _first_harmless(self, runs: Sequence[_CandidateRun]) -> RefinedPositions:
-        """Confirm the closest answer that nothing speaks against; else keep the input."""
+    def _ahead(self, attempts: list[Attempt], heats: list[int], count: Countdown) -> list[Attempt]:
+        """Solve the rounds of the race, and return the attempts close enough to the best."""
+        if len(attempts) == 1:
+            return attempts
+        for attempt, heat in zip(attempts, heats, strict=True):
+            attempt.advance(heat, count)
+            attempt.let_go()
+        scores = {attempt: self._score(attempt.positions) for attempt in attempts}
+        limit = _CLOSE_RACE * min(scores.values())
+        ranked = sorted(attempts, key=lambda attempt: scores[attempt])
+        return [attempt for attempt in ranked if scores[attempt] <= limit]
+
+    def _by_score(self, attempts: list[Attempt]) -> list[Attempt]:
+        return sorted(attempts, key=lambda attempt: self._score(attempt.positions))
+
+    def _first_harmless(self, attempts: list[Attempt], count: Countdown) -> RefinedPositions:
+        """Confirm the first answer that nothing speaks against; else keep the input."""
         reasons: tuple[str, ...] = ()
         harm = HarmCheck(
             self._source,
@@ -87,58 +78,22 @@ class SurfaceRefiner:
             self._problems.prepared.tree,
             self._options.quality.intersection_pairs,
         )
-        for run in runs:
+        for attempt in attempts:
             require_time()
-            found = harm.objections(run.solution.positions)
+            solution = attempt.complete(count).solution
+            found = harm.objections(solution.positions)
             if not found:
-                answer = self._confirmed(run)
+                answer = self._confirmed(attempt, solution)
                 # SCS may have gone on from where the dual method's budget was spent.
-                found = [] if run.solution.converged else harm.objections(answer.positions)
+                found = [] if solution.converged else harm.objections(answer.positions)
                 if not found:
                     return answer
+            attempt.let_go()
             reasons = reasons or tuple(found)
-        best = runs[0]
+        best = attempts[0]
         return RefinedPositions(
-            self._source.vertices, best.records, None, best.candidate.name, kept_because=reasons
+            self._source.vertices, best.records, None, best.name, kept_because=reasons
         )
-
-    def _run_one(self, candidate: Candidate, count: _Countdown, *, scored: bool) -> _CandidateRun:
-        problem = self._problems.problem(candidate)
-        before, records = self._source.vertices, []
-        known: Sequence[Multipliers] = ()
-        for index in range(problem.rounds):
-            require_time()
-            started = time.perf_counter()
-            objective, families = problem.program(index, before)
-            if index == 0:
-                require_feasible(families, before, self._options.solver)
-            last = index == problem.rounds - 1
-            reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
-            solution = self._solve(objective, families, before, reduction, known)
-            if not last and float(np.abs(solution.positions - before).max()) < _STANDSTILL:
-                last, solution = True, self._solve(objective, families, before, 0.0, known)
-            elapsed = time.perf_counter() - started
-            records.append(record_round(index, solution, families, before, elapsed))
-            count.advance(problem.rounds - index if last else 1)
-            if last:
-                final = FinalProgram(
-                    index, before, objective, families, solution.positions, solution.multipliers
-                )
-                score = self._score(solution.positions) if scored else 0.0
-                return _CandidateRun(candidate, index, before, final, solution, records, score)
-            before, known = solution.positions, solution.multipliers
-        raise InternalError("the schedule has no rounds")
-
-    def _solve(
-        self,
-        objective: SurfaceObjective,
-        families: list[ConeFamily],
-        before: Floats,
-        reduction: float,
-        known: Sequence[Multipliers],
-    ) -> RoundSolution:
-        options = self._options.solver
-        return solve_round(objective, families, before, options, reduction=reduction, known=known)
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""
@@ -150,51 +105,31 @@ class SurfaceRefiner:
         back = SurfaceTree(mesh).closest(target.points).distances.mean()
         return float((there + back) / 2)
 
-    def _confirmed(self, best: _CandidateRun) -> RefinedPositions:
+    def _confirmed(self, attempt: Attempt, solution: RoundSolution) -> RefinedPositions:
         started = time.perf_counter()
-        options, final, records = self._options.solver, self._final(best), best.records
-        if not best.solution.converged:
-            solution = finish_by_scs(final.objective, final.families, best.solution, options)
+        options, final, records = self._options.solver, attempt.final(), attempt.records
+        if not solution.converged:
+            solution = finish_by_scs(final.objective, final.families, solution, options)
             final = replace(final, positions=solution.positions, multipliers=solution.multipliers)
             seconds = records[-1].seconds + time.perf_counter() - started
             last = record_round(final.round_index, solution, final.families, final.before, seconds)
             records = [*records[:-1], last]
-        elif self._asks_scs(best):
-            last = confirm_optimum(
-                final.objective, final.families, best.solution, records[-1], options
-            )
+        elif self._asks_scs(solution):
+            last = confirm_optimum(final.objective, final.families, solution, records[-1], options)
             records = [*records[:-1], last]
         return RefinedPositions(
             final.positions,
             records,
             final,
-            best.candidate.name,
+            attempt.name,
             confirm_seconds=time.perf_counter() - started,
         )
 
-    def _final(self, run: _CandidateRun) -> FinalProgram:
-        """Return a run's last program, written again if it was let go of."""
-        if run.final is not None:
-            return run.final
-        program = self._problems.problem(run.candidate).program(run.round_index, run.before)
-        answer = run.solution.positions, run.solution.multipliers
-        return FinalProgram(run.round_index, run.before, *program, *answer)
-
-    def _asks_scs(self, best: _CandidateRun) -> bool:
+    def _asks_scs(self, solution: RoundSolution) -> bool:
         """Tell whether SCS is to confirm: it was not the one who solved, and is not spared."""
         options = self._options.solver
         small = len(self._source.vertices) <= options.certify_limit
-        return options.certify and small and best.solution.run is None
-
-
-class _Countdown:
-    def __init__(self, callback: RoundCallback | None, total: int) -> None:
-        self._callback, self._total, self._done = callback, total, 0
-
-    def advance(self, rounds: int) -> None:
-        self._done += rounds
-        if self._callback is not None:
-            self._callback(self._done, self._total)
+        return options.certify and small and solution.run is None
 
 
 def refine_surface(

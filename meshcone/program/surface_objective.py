@@ -4,9 +4,10 @@
             + Σ_j v_j [ (m_j·((BX)_j − q_j))² + τ‖(BX)_j − q_j‖² ]             reference → source
             + λ‖X − X_prev‖² + Σ_i (L X − T)_iᵀ W_i (L X − T)_i                proximity, fairness
 
-p_i, n_i are the closest reference point to vertex i and its normal; q_j, m_j are
-reference samples and their normals, and (BX)_j is the point of the moving source they
-pull at, fixed in barycentric coordinates. Correspondences are data here: they are
+p_i, n_i are the closest reference point to vertex i and its normal. (BX)_j is a point of the
+moving source, fixed in barycentric coordinates, and q_j, m_j a point of the reference and
+its normal: a sample of the reference and the source's closest point to it, or in the last
+rounds a sample of the source's faces and its closest point. Correspondences are data here: they are
 chosen between rounds, which is what keeps each round convex.
 """
 

@@ -14,6 +14,7 @@ KNOWN = {
     3: "d670b6ad40ddcb9a",
     4: "d670b6ad40ddcb9a",
     5: "67e3a275522fb82a",
+    6: "dfeb42f1a821c51b",
 }
 
 

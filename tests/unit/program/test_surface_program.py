@@ -24,8 +24,13 @@ SHORTER = Mesh(PIPE.vertices, PIPE.faces[PIPE.corners[:, :, 2].max(axis=1) < 0.3
 
 
 @pytest.fixture(
-    params=[(0, sphere(2), sphere(3)), (1, sphere(2), sphere(3)), (1, PIPE, SHORTER)],
-    ids=["first round", "second round", "open, and longer than the reference"],
+    params=[
+        (0, sphere(2), sphere(3)),
+        (1, sphere(2), sphere(3)),
+        (1, PIPE, SHORTER),
+        (3, PIPE, SHORTER),
+    ],
+    ids=["first round", "second round", "open, longer than the reference", "with face pulls"],
 )
 def objective(request: pytest.FixtureRequest) -> SurfaceObjective:
     index, shape, reference = request.param

@@ -23,7 +23,7 @@ def report(outcome: str = "improved") -> dict[str, Any]:
             "conventions": {"samples": 5000},
         },
         "solver": {
-            "candidate": "unfolding",
+            "candidate": "pulling",
             "confirmed": True,
             "rounds": [
                 {"method": "relaxation", "info": None},
@@ -78,7 +78,7 @@ def test_summary_counts_cones_of_every_kind() -> None:
 
 def test_summary_says_what_solved_the_rounds() -> None:
     line = line_of("rounds", report())
-    assert "3 with the setting 'unfolding': 2 by relaxation, 1 by multipliers" in line
+    assert "3 with the setting 'pulling': 2 by relaxation, 1 by multipliers" in line
 
 
 def test_summary_says_what_was_proved() -> None:

@@ -1,0 +1,138 @@
+"""One setting's way through its rounds."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.deadline import require_time
+from meshcone.options import SolverOptions
+from meshcone.program.answer import FinalProgram
+from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.feasibility import require_feasible
+from meshcone.program.multipliers import Multipliers
+from meshcone.program.records import record_round
+from meshcone.program.round_solver import RoundSolution, solve_round
+from meshcone.program.surface_problem import SurfaceProblem
+from meshcone.surface.arrays import Floats
+
+RoundCallback = Callable[[int, int], None]
+
+# Rounds before the last only prepare the next one's data: their relaxation need not be
+# solved beyond this share of its first gradient.
+_INTERMEDIATE_REDUCTION = 1e-2
+# A round that moves no vertex by more than this share of the radius ends the refinement.
+_STANDSTILL = 1e-7
+
+
+@dataclass(frozen=True)
+class Finish:
+    """An attempt's last round.
+
+    Attributes:
+        round_index: which round it is, counted from 0.
+        before: (n, 3) where it started.
+        solution: its optimum.
+    """
+
+    round_index: int
+    before: Floats
+    solution: RoundSolution
+
+
+class Attempt:
+    """The rounds of one setting, solved as far as was asked for.
+
+    Attributes:
+        name: the setting's.
+        positions: (n, 3) where the rounds so far have left the vertices.
+        records: what happened in each.
+        finish: the last round, once it is solved.
+    """
+
+    def __init__(self, name: str, problem: SurfaceProblem, options: SolverOptions) -> None:
+        """Stand at the start; nothing is solved yet."""
+        self.name, self._problem, self._options = name, problem, options
+        self.positions = problem.source.vertices
+        self.records: list[RoundRecord] = []
+        self.finish: Finish | None = None
+        self._known: Sequence[Multipliers] = ()
+        self._final: FinalProgram | None = None
+
+    def advance(self, rounds: int, count: Countdown) -> None:
+        """Solve rounds until so many are, or the last one is.
+
+        Raises:
+            ContradictionError, SolveTimeoutError, InternalError: from the solvers.
+        """
+        while self.finish is None and len(self.records) < min(rounds, self._problem.rounds):
+            self._solve_next(count)
+
+    def complete(self, count: Countdown) -> Finish:
+        """Solve all rounds that are left."""
+        self.advance(self._problem.rounds, count)
+        assert self.finish is not None  # noqa: S101 - a schedule has a last round
+        return self.finish
+
+    def final(self) -> FinalProgram:
+        """Return the last round's program, written again if it was let go of."""
+        assert self.finish is not None  # noqa: S101 - asked of completed attempts only
+        if self._final is None:
+            index, before = self.finish.round_index, self.finish.before
+            solution = self.finish.solution
+            program = self._problem.program(index, before)
+            answer = solution.positions, solution.multipliers
+            self._final = FinalProgram(index, before, *program, *answer)
+        return self._final
+
+    def let_go(self) -> None:
+        """Keep no program: it is large, and can be written again."""
+        self._final = None
+
+    def _solve_next(self, count: Countdown) -> None:
+        require_time()
+        started = time.perf_counter()
+        index, before = len(self.records), self.positions
+        objective, families = self._problem.program(index, before)
+        if index == 0:
+            require_feasible(families, before, self._options)
+        last = index == self._problem.rounds - 1
+        reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
+        known, options = self._known, self._options
+        solution = solve_round(
+            objective, families, before, options, reduction=reduction, known=known
+        )
+        if not last and float(np.abs(solution.positions - before).max()) < _STANDSTILL:
+            last = True
+            solution = solve_round(objective, families, before, options, known=known)
+        elapsed = time.perf_counter() - started
+        self.records.append(record_round(index, solution, families, before, elapsed))
+        self.positions, self._known = solution.positions, solution.multipliers
+        if last:
+            self.finish = Finish(index, before, solution)
+            self._final = FinalProgram(
+                index, before, objective, families, solution.positions, solution.multipliers
+            )
+        count.advance(self._problem.rounds - index if last else 1)
+
+
+class Countdown:
+    """Tells how many rounds are done.
+
+    Args:
+        callback: called with the rounds done and the rounds in all.
+        total: the rounds in all, should each be needed.
+    """
+
+    def __init__(self, callback: RoundCallback | None, total: int) -> None:
+        """Begin at none."""
+        self._callback, self._total, self._done = callback, total, 0
+
+    def advance(self, rounds: int) -> None:
+        """Count rounds that are done, or will not be needed."""
+        self._done = min(self._done + rounds, self._total)
+        if self._callback is not None:
+            self._callback(self._done, self._total)
