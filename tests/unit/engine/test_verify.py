@@ -93,7 +93,7 @@ def test_an_option_changed_in_the_report_alone_fails(capped: Evidence) -> None:
     [
         {"surface": {"tangential": 0.2}},
         {"surface": {"proximity": 0.1}},
-        {"surface": {"reverse": 4.0}},
+        {"surface": {"faces": 4.0}},
         {"cones": {"max_displacement": {"relative": 0.0205}}},
         {"cones": {"max_displacement": {"relative": 0.0195}}},
         {"seed": 1},
