@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+_PATH_LEVELS = 64
 
 AlphaMode = Literal["OPAQUE", "MASK", "BLEND"]
 Wrap = Literal["repeat", "mirror", "clamp"]
@@ -284,8 +287,11 @@ class Content:
     faults: tuple[Fault, ...] = ()
 
     def path(self, node: int) -> str:
-        """A node's name after those of the nodes above it; a number where it has none."""
-        return "/".join(reversed([self.label(each) for each in self._upwards(node)]))
+        """A node's name after those of up to 63 nodes above it; a number where it has none."""
+        labels = [self.label(each) for each in islice(self._upwards(node), _PATH_LEVELS)]
+        # All paths of a long chain would fill memory.
+        above = ["…"] if self.nodes[node].depth > _PATH_LEVELS else []
+        return "/".join(reversed([*labels, *above]))
 
     def label(self, node: int) -> str:
         """A node's name, or its number."""
