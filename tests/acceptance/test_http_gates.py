@@ -104,7 +104,7 @@ def test_what_can_only_be_read_can_be_measured(client: Client, ball: MeshFile) -
             {"mode": "measure", "gates": {"solver.iterations": {"max": 1}}},
             "only where the mesh was refined",
         ),
-        ({"mode": "measur"}, "'refine' or 'measure'"),
+        ({"mode": "measur"}, "'refine', 'measure' or 'audit'"),
     ],
 )
 def test_gates_that_cannot_be_meant_are_refused_at_once(

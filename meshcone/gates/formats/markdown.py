@@ -42,7 +42,9 @@ def to_markdown(run: GateRun, pictures: Mapping[str, str] | None = None) -> byte
     ends = ", ".join(f"{run.counts[each]} {_SHOWN[each]}" for each in _ORDER if run.counts[each])
     plural = "asset" if len(run.assets) == 1 else "assets"
     parts = [
-        f"## {title}: {_SHOWN[run.verdict]}\n\n{len(run.assets)} {plural}: {ends}\n",
+        f"## {title}: {_SHOWN[run.verdict]}\n",
+        *(f"\n{_text(each)}\n" for each in _only_statement(run)),
+        f"\n{len(run.assets)} {plural}: {ends}\n",
         _table(sorted(run.assets, key=_badness)),
     ]
     length = sum(map(len, parts))
@@ -54,6 +56,12 @@ def to_markdown(run: GateRun, pictures: Mapping[str, str] | None = None) -> byte
         parts.append(part)
         length += len(part)
     return "".join(parts).encode()
+
+
+def _only_statement(run: GateRun) -> Iterator[str]:
+    """What is proven of a run of one asset; of several it stands with each."""
+    if len(run.assets) == 1 and run.assets[0].statement is not None:
+        yield run.assets[0].statement
 
 
 def _badness(asset: AssetResult) -> tuple[int, float]:
@@ -93,6 +101,8 @@ def _details(asset: AssetResult, picture: str | None) -> str:
     if len(bad) > MOST_CHECKS:
         lines[MOST_CHECKS:] = [f"- and {len(bad) - MOST_CHECKS} more"]
     lines += [f"- warning: {_text(words)}" for words in _warnings(asset)]
+    if lines and asset.statement is not None:
+        lines.insert(0, f"- proven: {_text(asset.statement)}")
     if picture is not None:
         lines += ["", f'<img alt="{_text(asset.name)}" src="{quote(picture)}">']
     if not lines:

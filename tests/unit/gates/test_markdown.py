@@ -141,3 +141,19 @@ def test_it_fits_into_a_comment_however_many_fail() -> None:
     assert len(rows(data)) == MOST_ASSETS
     assert "and 1950 more" in data.decode()
     assert "stands in the JSON" in data.decode()
+
+
+STATEMENT = "every point within 0.42 mm of the reference (proven)"
+
+
+def test_what_is_proven_of_one_asset_comes_first() -> None:
+    one = asset("good.obj", check("pass")).model_copy(update={"statement": STATEMENT})
+    lines = to_markdown(GateRun.of([one])).decode().splitlines()
+    assert lines[:3] == ["## MeshCone gate: \u2705 pass", "", STATEMENT]
+
+
+def test_what_is_proven_of_several_stands_with_what_each_did_not_pass() -> None:
+    bad = asset("bad.obj", check("fail")).model_copy(update={"statement": STATEMENT})
+    shown = to_markdown(GateRun.of([bad, asset("good.obj", check("pass"))])).decode()
+    assert shown.count(STATEMENT) == 1
+    assert shown.index(STATEMENT) > shown.index("<details>")
