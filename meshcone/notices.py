@@ -29,6 +29,7 @@ class Code(StrEnum):
     meaning: str
 
     SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
+    SURFACE_INSIDE_OUT = "surface.inside_out", "a closed mesh whose faces are turned inwards"
     UNITS_FACTOR_10 = "units.factor_10", "one of the two is 10 times the size of the other"
     UNITS_FACTOR_100 = "units.factor_100", "one of the two is 100 times the size of the other"
     UNITS_FACTOR_1000 = "units.factor_1000", "one of the two is 1000 times the size of the other"
@@ -56,6 +57,10 @@ class Code(StrEnum):
     COVERAGE_MISSING = (
         "coverage.missing",
         "a part of the reference is far from the source, which has nothing there",
+    )
+    NORMALS_AGAINST_WINDING = (
+        "normals.against_winding",
+        "most of the normals that the file stores point to the backs of their faces",
     )
     NORMALS_OPPOSED = "normals.opposed", "the normals of source and reference oppose each other"
     COLORS_NOT_COMPARED = (

@@ -1,4 +1,4 @@
-"""Warnings for what an asset names and does not come with."""
+"""Warnings for what an asset names and does not come with, and for normals it stores."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from meshcone.auditing.records import AssetAudit
 from meshcone.notices import Code, Notice, Side, WarningRecord
 
 _NAMED = 3
+# Artists bend the normals of foliage; more than this share is another matter.
+_MOST = 0.5
 
 
 def asset_warnings(side: Side, file: str, audit: AssetAudit | None) -> list[WarningRecord]:
-    """Say which materials, libraries and images of a file are not there.
+    """Say which materials, libraries and images of a file are not there, and what is turned.
 
     Args:
         side: whose file it is.
@@ -37,6 +39,10 @@ def _notices(audit: AssetAudit) -> Iterator[Notice]:
     missing = [each.name for each in audit.textures.images if each.fault == "missing"]
     if missing:
         yield Notice(Code.TEXTURES_MISSING, f"{_listed('image', missing)} not sent with it")
+    against = audit.shading.opposed_normals_share
+    if against > _MOST:
+        words = f"{100 * against:.0f} % of its stored normals point to the backs of their faces"
+        yield Notice(Code.NORMALS_AGAINST_WINDING, words)
 
 
 def _listed(what: str, names: Sequence[str]) -> str:

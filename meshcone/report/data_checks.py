@@ -31,6 +31,8 @@ _LEAST_OVERLAP = 0.1
 _FLAT = 0.05
 # Noise and thin parts turn many normals around; more than this share is another matter.
 _INSIDE_OUT = 0.6
+# A share of the area to the power 3/2: what is flat and closed encloses less.
+_NO_VOLUME = 1e-6
 
 
 def data_warnings(
@@ -203,6 +205,19 @@ def defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecor
     for code, count, (one, many, words) in found:
         if count:
             yield warning(code, side, f"The {side} has {_count(count, one, many)} {words}.")
+    if validity.watertight and not validity.opposed_edges and _is_inside_out(mesh):
+        words = (
+            f"The {side} is closed and encloses a negative volume: its faces are turned inwards."
+        )
+        yield warning(Code.SURFACE_INSIDE_OUT, side, words)
+
+
+def _is_inside_out(mesh: Mesh) -> bool:
+    """Whether a closed mesh has a negative volume, by the divergence theorem, beyond rounding."""
+    # About its middle, for digits.
+    heights = row_dot(mesh.corners.mean(axis=1) - mesh.vertices.mean(axis=0), mesh.face_normals)
+    volume, area = float(heights @ mesh.face_areas) / 3, float(mesh.face_areas.sum())
+    return volume < -_NO_VOLUME * area**1.5
 
 
 def _pieces(pieces: int, reference_pieces: int) -> Iterator[WarningRecord]:

@@ -6,8 +6,9 @@ that has everything in one mesh too.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -16,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from meshcone.notices import Code, Side, WarningRecord, warning
 from meshcone.quality.parts import Partition, PartSamples
 from meshcone.surface import Frame, Mesh, SurfaceTree
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
 
 # A file of more parts is foliage or noise, and each part of it says little.
 _MOST_PARTS = 1000
@@ -24,6 +25,14 @@ _SAMPLES = 2000
 _TOLD = 10
 # Where more of the area is absent, the two are different shapes.
 _MOST_ABSENT = 0.5
+# Relative to the radius: what a piece lies nearer to than this is what it stands for.
+_NEAR = 0.02
+_NEARLY_ALL = 0.9
+# Where more of the area is turned, all of the mesh is, which is told elsewhere.
+_MOST_TURNED = 0.6
+_DOUBLED = 0.02
+# Faces that are asked which way they are turned: together, and of every piece.
+_FACES, _LEAST = 5000, 8
 
 
 @dataclass(frozen=True)
@@ -49,14 +58,16 @@ def piece_warnings(
     both = {each.name: each for each in (*lacking, *besides) if each.name in here & there}
     words = "{}: elsewhere than in the reference, or of another shape."
     yield from _told(Code.PIECES_DISPLACED, "source", list(both.values()), words, frame)
+    words = "{}: its faces are turned the other way round than the reference's."
+    yield from _told(Code.NORMALS_OPPOSED, "source", _turned(source, reference), words, frame)
 
 
 @dataclass(frozen=True)
-class _Absent:
-    """A part that the other side lacks: a whole named part, or a piece of one.
+class _Piece:
+    """A part to warn of: a whole named part, or a piece of one.
 
     Attributes:
-        name: of the named part; empty where it has none, or where only a piece is absent.
+        name: of the named part; empty where it has none, or where only a piece is meant.
         owner: the named part.
         middle: (3,) in the frame.
     """
@@ -73,7 +84,7 @@ class _Absent:
         return f"A piece{of} near ({x:.3g}, {y:.3g}, {z:.3g})"
 
 
-def _absent(parted: PartedMesh, other: PartedMesh) -> list[_Absent]:
+def _absent(parted: PartedMesh, other: PartedMesh) -> list[_Piece]:
     """The parts of one mesh that another lacks; none where that says nothing."""
     pieces = _pieces(parted)
     if not 1 < len(pieces.names) <= _MOST_PARTS:
@@ -83,20 +94,67 @@ def _absent(parted: PartedMesh, other: PartedMesh) -> list[_Absent]:
     areas = samples.areas
     if areas[absent].sum() > _MOST_ABSENT * areas.sum():
         return []
-    found = []
+    return list(_by_name(parted.mesh, pieces, absent, areas > 0))
+
+
+def _turned(source: PartedMesh, reference: PartedMesh) -> list[_Piece]:
+    """The pieces of the source whose faces oppose the reference's; none where most do."""
+    pieces = _pieces(source)
+    if not 1 < len(pieces.names) <= _MOST_PARTS or _is_doubled(source) or _is_doubled(reference):
+        return []
+    chosen = _chosen(pieces.labels)
+    near, opposed = _agreement(source, reference, chosen)
+    weights, labels = source.mesh.face_areas[chosen], pieces.labels[chosen]
+    areas, close, against = (
+        np.bincount(labels, weights * which, len(pieces.names))
+        for which in (np.ones(len(chosen)), near, near & opposed)
+    )
+    if against.sum() > _MOST_TURNED * areas.sum():
+        return []
+    turned = (areas > 0) & (close >= _NEARLY_ALL * areas) & (against >= _NEARLY_ALL * areas)
+    return list(_by_name(source.mesh, pieces, turned, areas > 0))
+
+
+def _chosen(labels: Ints) -> Ints:
+    """Faces of every piece, some thousands of all together."""
+    order = np.argsort(labels, kind="stable")
+    bounds = np.searchsorted(labels[order], np.arange(labels.max() + 2))
+    some = [np.linspace(first, last - 1, _LEAST) for first, last in pairwise(bounds.tolist())]
+    spread = np.arange(0, len(order), -(-len(order) // _FACES))
+    return np.asarray(order[np.unique(np.concatenate([*some, spread]).astype(np.int64))])
+
+
+def _agreement(mesh: PartedMesh, other: PartedMesh, faces: Ints) -> tuple[Bools, Bools]:
+    """(k,) which faces lie near the other mesh, and which of them oppose what is closest."""
+    closest = other.tree.closest(mesh.mesh.corners[faces].mean(axis=1))
+    normals = other.mesh.face_normals[closest.faces]
+    opposed = row_dot(mesh.mesh.face_normals[faces], normals) < 0
+    return closest.distances <= _NEAR, opposed
+
+
+def _is_doubled(parted: PartedMesh) -> bool:
+    """Whether faces lie back to back in one place, so that which is closest means nothing."""
+    faces = np.arange(0, len(parted.mesh.faces), -(-len(parted.mesh.faces) // _FACES))
+    _, opposed = _agreement(parted, parted, faces)
+    areas = parted.mesh.face_areas[faces]
+    return bool(areas @ opposed > _DOUBLED * areas.sum())
+
+
+def _by_name(mesh: Mesh, pieces: Partition, meant: Bools, given: Bools) -> Iterator[_Piece]:
+    """The pieces that are meant; those of one name together if all that are given are."""
+    centres = mesh.corners.mean(axis=1)
+
+    def middle(parts: list[int]) -> Floats:
+        points = centres[np.isin(pieces.labels, parts)]
+        return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2)
+
     for name in dict.fromkeys(pieces.names):
-        own = np.array([each == name for each in pieces.names]) & (areas > 0)
-        gone = np.flatnonzero(own & absent).tolist()
-        if name and gone and len(gone) == np.count_nonzero(own):
-            found.append(_Absent(name, name, _middle(samples, gone)))
+        own = np.array([each == name for each in pieces.names]) & given
+        parts = np.flatnonzero(own & meant).tolist()
+        if name and parts and len(parts) == np.count_nonzero(own):
+            yield _Piece(name, name, middle(parts))
         else:
-            found += [_Absent("", name, _middle(samples, [part])) for part in gone]
-    return found
-
-
-def _middle(samples: PartSamples, parts: Iterable[int]) -> Floats:
-    points = np.concatenate([samples.of_part(part)[0] for part in parts])
-    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2)
+            yield from (_Piece("", name, middle([part])) for part in parts)
 
 
 def _pieces(parted: PartedMesh) -> Partition:
@@ -112,7 +170,7 @@ def _pieces(parted: PartedMesh) -> Partition:
 
 
 def _told(
-    code: Code, side: Side, absent: Sequence[_Absent], words: str, frame: Frame
+    code: Code, side: Side, absent: Sequence[_Piece], words: str, frame: Frame
 ) -> Iterator[WarningRecord]:
     for each in absent[:_TOLD]:
         called = each.called(frame)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from meshcone.files import MeshFile
 from meshcone.notices import WarningRecord
 from meshcone.options import parse_options
@@ -70,3 +72,17 @@ def test_a_refinement_tells_it_of_its_source_once() -> None:
 
     sides = [each.side for each in report.warnings if each.code == "materials.undefined"]
     assert sides == ["source"]
+
+
+def test_stored_normals_that_point_inwards_are_told() -> None:
+    vertices, faces = shapes.sphere(2, 1.0)
+    turned = b"".join(b"vn %.6f %.6f %.6f\n" % tuple(-vertex) for vertex in vertices)
+    corners = b"".join(
+        b"f %d//%d %d//%d %d//%d\n" % tuple(np.repeat(face + 1, 2)) for face in faces
+    )
+    positions = b"".join(b"v %.6f %.6f %.6f\n" % tuple(vertex) for vertex in vertices)
+
+    [found] = alone(MeshFile("ball.obj", positions + turned + corners))
+
+    assert found.code == "normals.against_winding"
+    assert "100 % of its stored normals" in found.words

@@ -116,6 +116,8 @@ def test_a_failure_of_the_data_leaves_finite_positions(
         (moved(HALF, 1000), BALL, "units.factor_1000", "pair"),
         (INSIDE_OUT, BALL, "normals.opposed", "pair"),
         (BALL, FIN, "edges.non_manifold", "reference"),
+        (INSIDE_OUT, BALL, "surface.inside_out", "source"),
+        (BALL, INSIDE_OUT, "surface.inside_out", "reference"),
         (DOUBLED, BALL, "faces.duplicate", "source"),
     ],
 )
@@ -146,6 +148,13 @@ def test_flat_meshes_are_compared_along_their_plane() -> None:
     )
 
     assert data_warnings(square, square) == []
+
+
+def test_a_plate_of_two_sides_is_not_inside_out() -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    plate = Mesh(corners / 3 + 0.1, np.array([[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]))
+
+    assert "surface.inside_out" not in [each.code for each in data_warnings(plate, plate)]
 
 
 @pytest.mark.parametrize(

@@ -116,3 +116,39 @@ def test_different_shapes_do_not_lack_each_others_parts() -> None:
     other = shapes.obj(np.asarray(joined.vertices), np.asarray(joined.faces))
 
     assert [each.code for each in pieces(truck_obj(), other)] == []
+
+
+def opposed(source: bytes, reference: bytes) -> list[str | None]:
+    report = measure(MeshFile("truck.obj", source), MeshFile("master.obj", reference), QUICK)
+    return [each.where for each in report.warnings if each.code == "normals.opposed"]
+
+
+def with_turned(name: str) -> bytes:
+    """The truck with the faces of one body turned around."""
+    turned, inside = [], False
+    for line in truck_obj().decode().splitlines():
+        inside = line == f"o {name}" if line.startswith("o ") else inside
+        words = line.split()
+        turned.append(" ".join([*words[:1], *words[:0:-1]]) if inside and words[0] == "f" else line)
+    return "\n".join([*turned, ""]).encode()
+
+
+def test_a_wheel_that_is_inside_out_is_named() -> None:
+    assert opposed(with_turned("wheel_back_left"), truck_obj()) == ["wheel_back_left"]
+
+
+def test_a_truck_that_is_not_turned_anywhere_draws_no_such_warning() -> None:
+    rough = {name: truck_mesh(name).vertices + 0.002 for name in ("body", *WHEELS)}
+
+    assert opposed(truck_obj(), truck_obj()) == []
+    assert opposed(truck_obj(instead=rough), truck_obj()) == []
+
+
+def test_faces_that_lie_back_to_back_say_nothing_of_their_side() -> None:
+    both = truck_obj() + b"".join(
+        b"f %s\n" % b" ".join(reversed(line.split()[1:]))
+        for line in truck_obj().splitlines()
+        if line.startswith(b"f ")
+    )
+
+    assert opposed(both, both) == []
