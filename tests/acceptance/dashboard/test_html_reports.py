@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 from meshcone.files import MeshFile
 from tests.acceptance.dashboard.browsing import difference, pixels, watched_page
 from tests.painted import encoded, painted, picture
+from tests.truck import truck_obj
 
 
 def meshcone(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -75,6 +76,27 @@ def test_coloured_assets_are_pictured_from_six_sides(tmp_path: Path, offline: Pa
         "max 10"
     )
     expect(offline.get_by_test_id("verdict")).to_contain_text("colour difference (CIEDE2000)")
+
+
+def test_a_missing_wheel_stands_first_among_the_parts(tmp_path: Path, offline: Page) -> None:
+    (tmp_path / "truck.obj").write_bytes(truck_obj(without=["wheel_front_left"]))
+    (tmp_path / "master.obj").write_bytes(truck_obj())
+    (tmp_path / "gates.toml").write_text('[gates]\n"warnings.pieces.missing" = { max = 0 }\n')
+    done = meshcone(
+        *("gate", "truck.obj", "master.obj", "--gates", "gates.toml", "--per", "node"),
+        *("--html", "g.html"),
+        cwd=tmp_path,
+    )
+    assert done.returncode == 1, done.stderr
+    assert "allowed 0: pieces.missing: wheel_front_left: missing." in done.stdout
+
+    offline.goto((tmp_path / "g.html").as_uri())
+    offline.wait_for_selector("[data-ready]")
+
+    first = offline.get_by_test_id("directions").locator("[data-part]").first
+    expect(first).to_contain_text("wheel_front_left")
+    expect(first.locator(".chip")).to_have_text("missing")
+    expect(offline.locator("[aria-labelledby=warnings-title]")).to_contain_text("pieces.missing")
 
 
 def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
