@@ -217,7 +217,7 @@ def _is_inside_out(mesh: Mesh) -> bool:
     # About its middle, for digits.
     heights = row_dot(mesh.corners.mean(axis=1) - mesh.vertices.mean(axis=0), mesh.face_normals)
     volume, area = float(heights @ mesh.face_areas) / 3, float(mesh.face_areas.sum())
-    return volume < -_NO_VOLUME * area**1.5
+    return bool(volume < -_NO_VOLUME * area**1.5)
 
 
 def _pieces(pieces: int, reference_pieces: int) -> Iterator[WarningRecord]:
