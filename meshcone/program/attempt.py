@@ -62,6 +62,11 @@ class Attempt:
         self._known: Sequence[Multipliers] = ()
         self._final: FinalProgram | None = None
 
+    @property
+    def rounds_left(self) -> int:
+        """Rounds of the schedule that are not solved."""
+        return 0 if self.finish is not None else self._problem.rounds - len(self.records)
+
     def advance(self, rounds: int, count: Countdown) -> None:
         """Solve rounds until so many are, or the last one is.
 

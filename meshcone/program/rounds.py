@@ -63,6 +63,9 @@ class SurfaceRefiner:
             attempt.let_go()
         scores = {attempt: self._score(attempt.positions) for attempt in attempts}
         limit = _CLOSE_RACE * min(scores.values())
+        for attempt in attempts:
+            if scores[attempt] > limit:
+                count.advance(attempt.rounds_left)
         ranked = sorted(attempts, key=lambda attempt: scores[attempt])
         return [attempt for attempt in ranked if scores[attempt] <= limit]
 

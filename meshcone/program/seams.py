@@ -21,6 +21,8 @@ from meshcone.surface.arrays import Bools, Floats, Ints
 # Two vertices are one if they are no farther apart than this share of the radius, and than
 # this share of the edges at them.
 _GAP, _GAP_OVER_EDGE = 1e-4, 0.05
+# Nearest border vertices looked at: a mesh far smaller than its reference has all within reach.
+_NEIGHBOURS = 8
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,13 @@ def _near_borders(mesh: Mesh) -> Ints:
     degree = np.maximum(np.bincount(ends, minlength=len(mesh.vertices)), 1)
     mean = np.bincount(ends, lengths, minlength=len(mesh.vertices)) / degree
     allowed = np.minimum(_GAP, _GAP_OVER_EDGE * mean)
-    pairs = cKDTree(mesh.vertices[border]).query_pairs(_GAP, output_type="ndarray")
-    pairs = border[pairs]
-    gaps = np.linalg.norm(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]], axis=1)
-    return np.asarray(pairs[gaps <= allowed[pairs].min(axis=1)])
+    points = mesh.vertices[border]
+    found = cKDTree(points).query(points, k=_NEIGHBOURS + 1, distance_upper_bound=_GAP)
+    gaps, others = np.asarray(found[0]), np.asarray(found[1])
+    one, place = np.nonzero(others < len(border))  # the tree's length where there is no other
+    pairs = border[np.stack([one, others[one, place]], axis=1)]
+    joined = (gaps[one, place] <= allowed[pairs].min(axis=1)) & (pairs[:, 0] < pairs[:, 1])
+    return np.asarray(pairs[joined])
 
 
 def _flattening(mesh: Mesh, group: Ints) -> Ints:

@@ -70,6 +70,27 @@ def test_no_face_is_lost_where_a_border_is_finer_than_the_gap() -> None:
     assert (np.diff(corners, axis=1) > 0).all()
 
 
+def test_four_corners_that_meet_become_one() -> None:
+    one = sheet(4, 4)
+    shifts = [np.array([x, y, 0]) * (3 + 1e-6) for x in (0, 1) for y in (0, 1)]
+    mesh = Mesh(
+        np.concatenate([one.vertices + shift for shift in shifts]),
+        np.concatenate([one.faces + 16 * k for k in range(4)]),
+    )
+
+    seams = Seams.of(mesh)
+
+    assert len(seams.first) == 4 * 16 - 4 * 4 + 1
+    assert np.bincount(seams.group).max() == 4
+
+
+def test_a_mesh_far_smaller_than_its_reference_joins_nothing_of_its_inside() -> None:
+    tiny = sheet(40, 40)
+    tiny = tiny.moved_to(1e-6 * tiny.vertices)
+
+    assert Seams.of(tiny).trivial
+
+
 def test_a_mesh_without_borders_is_as_it_was() -> None:
     ball = sphere(2)
 

@@ -1,0 +1,87 @@
+"""Settings race, the better one finishes, and faces pull at the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshcone.options import Options, parse_options
+from meshcone.program.attempt import Attempt, Countdown
+from meshcone.program.effort import candidates
+from meshcone.program.rounds import refine_surface
+from meshcone.program.surface_problem import SurfaceProblems
+from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from tests.meshes import noisy, sphere, torus
+
+QUIET = {"solver": {"certify": False}}
+
+
+def distance_both_ways(mesh: Mesh, reference: Mesh) -> float:
+    one, other = (sample_surface(surface, 4096, seed=91).points for surface in (mesh, reference))
+    there = SurfaceTree(reference).closest(one).distances.mean()
+    back = SurfaceTree(mesh).closest(other).distances.mean()
+    return float(there + back) / 2
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_faces_that_pull_bring_a_coarse_mesh_closer(seed: int) -> None:
+    source, reference = noisy(sphere(2), 0.02, seed), sphere(4)
+    with_pulls, without = (
+        refine_surface(
+            source,
+            reference,
+            parse_options({**QUIET, "effort": "fast", "surface": {"faces": faces}}),
+        )
+        for faces in (3.0, 0.0)
+    )
+
+    found, before = (
+        distance_both_ways(source.moved_to(answer.positions), reference)
+        for answer in (with_pulls, without)
+    )
+    assert found < 0.95 * before
+
+
+def test_the_rounds_of_a_setting_that_falls_behind_are_not_solved() -> None:
+    announced: list[tuple[int, int]] = []
+    # Noise of twice the edges' length: without strong smoothing first there is no way back.
+    source = noisy(torus(96, 48), 0.08)
+
+    answer = refine_surface(
+        source, torus(96, 48), parse_options(QUIET), lambda *done: announced.append(done)
+    )
+
+    schedules = {c.name: c.options.fairness for c in candidates(Options())}
+    assert answer.candidate == "smoothing"
+    assert len(answer.rounds) == len(schedules["smoothing"])
+    total = sum(map(len, schedules.values()))
+    assert announced[-1] == (total, total)
+    assert len(announced) == total - len(schedules["pulling"]) + 3 + 1
+
+
+def test_both_run_to_the_end_where_neither_is_ahead() -> None:
+    announced: list[tuple[int, int]] = []
+    # Where faces pull from the first round on, the race is over at the last.
+    options = parse_options({**QUIET, "surface": {"faces_from": 0}})
+
+    refine_surface(noisy(sphere(2), 0.01), sphere(3), options, lambda *done: announced.append(done))
+
+    total = sum(len(c.options.fairness) for c in candidates(options))
+    assert announced[-1] == (total, total)
+
+
+def test_a_program_let_go_of_is_written_again_as_it_was() -> None:
+    options = parse_options({"effort": "fast"})
+    [setting] = candidates(options)
+    problems = SurfaceProblems(noisy(sphere(2), 0.02), sphere(3), options)
+    attempt = Attempt(setting.name, problems.problem(setting), options.solver)
+    attempt.complete(Countdown(None, 5))
+
+    kept = attempt.final()
+    attempt.let_go()
+    again = attempt.final()
+
+    assert again is not kept
+    assert again.round_index == kept.round_index == 4
+    np.testing.assert_array_equal(again.objective.linear, kept.objective.linear)
+    np.testing.assert_array_equal(again.positions, kept.positions)
