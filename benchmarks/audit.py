@@ -28,7 +28,8 @@ from damage_writing import Style, to_gltf, to_obj
 from PIL import Image
 
 _MATERIALS, _TEXELS = 4, 2048
-_PEERS = {"3dqa": ["3dqa", "check"], "meshcontract": ["meshcontract", "check"]}
+_PEERS = {"3dqa": ["3dqa", "lint"], "meshcontract": ["meshcontract", "check"]}
+_CONTRACT = b"version: 1\ngeometry:\n  max_triangles: 1000000\n"
 _MEBIBYTE = 1 << 20
 
 
@@ -46,6 +47,7 @@ def main() -> None:
         model = knot(given.triangles)
         data, beside = to_obj(model)
         files = {"knot.glb": to_gltf(model, Style(binary=True)), "knot.obj": data, **beside}
+        files[".meshcontract.yml"] = _CONTRACT
         for name, content in files.items():
             (Path(directory) / name).write_bytes(content)
         for name in ("knot.glb", "knot.obj"):
@@ -54,7 +56,7 @@ def main() -> None:
             own = [sys.executable, __file__, "--audit", str(path)]
             subprocess.run([*own, *(["--profile"] if given.profile else [])], check=True)
             for peer, command in _PEERS.items():
-                _time(peer, [*command, str(path)])
+                _time(peer, [*command, name], Path(directory))
 
 
 def _audit(path: Path, *, profiled: bool) -> None:
@@ -90,12 +92,12 @@ def _audit(path: Path, *, profiled: bool) -> None:
         print(out.getvalue())
 
 
-def _time(name: str, command: list[str]) -> None:
+def _time(name: str, command: list[str], directory: Path) -> None:
     if shutil.which(command[0]) is None:
         print(f"  {name}: not on this machine")
         return
     before = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, check=False, timeout=600)
+    done = subprocess.run(command, cwd=directory, capture_output=True, check=False, timeout=600)
     print(f"  {name}: {time.perf_counter() - before:.2f} s, exit code {done.returncode}")
 
 

@@ -165,7 +165,7 @@ class _Raster:
     size: int
     overlap: float
     unused: float
-    gutter: int | None
+    gutter: int
 
     @staticmethod
     def of(uv: Floats, centres: int) -> _Raster | None:
@@ -190,15 +190,15 @@ class _Raster:
         )
 
 
-def _gutter(covered: Bools) -> int | None:
-    """Texels between the two islands that are closest, up to 64; None with fewer than two.
+def _gutter(covered: Bools) -> int:
+    """Texels between the two islands that are closest, up to 64.
 
-    Islands are what covers texels that touch. Where two of them are farther apart than 64
-    texels, the answer is 64.
+    Islands are what covers texels that touch. Where there is one alone, or two are farther
+    apart than 64 texels, the answer is 64.
     """
     labels, islands = ndimage.label(covered, structure=np.ones((3, 3)))
     if islands < 2:
-        return None
+        return _WIDEST_GUTTER
     nearest = ndimage.distance_transform_cdt(
         ~covered, metric="chessboard", return_distances=True, return_indices=True
     )
@@ -231,4 +231,6 @@ def _greatest(values: Iterator[float | None]) -> float | None:
 
 
 def _narrowest(found: tuple[UvSet, ...]) -> int | None:
-    return min((each.gutter for each in found if each.gutter is not None), default=None)
+    known = [each.gutter for each in found if each.gutter is not None]
+    # What could not be drawn may be narrower than the rest.
+    return None if len(known) < len(found) else min(known, default=_WIDEST_GUTTER)

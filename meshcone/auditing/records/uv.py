@@ -34,8 +34,8 @@ class UvSet(Section):
     texel_density_p5: float | None = Field(description="5th percentile of the same")
     texel_density_p95: float | None = Field(description="95th percentile of the same")
     gutter: int | None = Field(
-        description="texels between the closest two islands, at the resolution; null where there "
-        "are fewer than two or they could not be drawn"
+        description="texels between the closest two islands, at the resolution, up to 64; null "
+        "where they could not be drawn"
     )
     resolution: int | None = Field(description="texels along a side that these are found at")
 

@@ -316,3 +316,38 @@ def test_ten_thousand_materials_and_fifty_thousand_nodes_are_looked_at() -> None
 
     assert (found.budget.materials, found.budget.nodes) == (10_001, 50_001)
     assert found.materials.unused == 10_000
+
+
+def islands(*lefts: float) -> bytes:
+    """An OBJ of squares, each a strip of the texture from one of these places, as wide as 0.2."""
+    lines = []
+    for number, left in enumerate(lefts):
+        for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            lines += [f"v {2 * number + x} {y} 0", f"vt {left + 0.2 * x} {0.1 + 0.8 * y}"]
+        corners = " ".join(f"{4 * number + each}/{4 * number + each}" for each in (1, 2, 3, 4))
+        lines.append(f"f {corners}")
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize(
+    ("lefts", "gutter"),
+    [
+        ((0.1, 0.3 + 10 / 1024), 10),
+        ((0.1, 0.3 + 30 / 1024, 0.6), 30),
+        ((0.1, 0.7), 64),
+        ((0.1,), 64),
+    ],
+)
+def test_a_gutter_lies_between_the_islands_that_are_closest(
+    lefts: tuple[float, ...], gutter: int
+) -> None:
+    found = audit_obj(islands(*lefts)).uv.gutter
+
+    assert found is not None
+    assert abs(found - gutter) <= 1
+
+
+def test_the_gutter_of_what_cannot_be_drawn_is_not_tested() -> None:
+    tiled = square()["TEXCOORD_0"] * np.float32(1e6)
+
+    assert audit(one_square(TEXCOORD_0=tiled)).uv.gutter is None
