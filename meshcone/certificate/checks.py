@@ -21,6 +21,13 @@ class Check:
     words: str
 
 
+# What it takes to call the refined file the optimum of a program that says something.
+_OPTIMALITY = {
+    *("refined file", "options", "settings", "alignment"),
+    *("feasible", "stationary", "no gap", "complementary", "written"),
+}
+
+
 @dataclass(frozen=True, repr=False)
 class Verification:
     """All checks of one refinement; true if every one holds."""
@@ -31,10 +38,11 @@ class Verification:
         return self.ok
 
     def __str__(self) -> str:
-        return "\n".join(
+        lines = [
             f"{'ok' if check.ok else 'FAILED':<7}{check.name:<15} {check.words}"
             for check in self.checks
-        )
+        ]
+        return "\n".join([*lines, f"proven {self.proven}"])
 
     def __repr__(self) -> str:
         failed = [check.name for check in self.checks if not check.ok]
@@ -47,6 +55,21 @@ class Verification:
     def ok(self) -> bool:
         """Whether every check holds."""
         return all(check.ok for check in self.checks)
+
+    @property
+    def proven(self) -> str:
+        """What holds whatever else failed: closeness, optimality, the road."""
+        held = {check.name: check.words for check in self.checks if check.ok}
+        closeness = "how close the surfaces are: not proven"
+        if "closeness" in held:
+            closeness, _, _ = held["closeness"].rpartition(": ")  # how that was proven
+        if "kept" in held:
+            optimum = "the refined file is the source"
+        elif held.keys() >= _OPTIMALITY:
+            optimum = "the refined file is the optimum of its last round"
+        else:
+            return f"{closeness}; that the refined file is an optimum: not proven"
+        return "; ".join((closeness, optimum, held.get("road", "its rounds: not proven")))
 
     def with_checks(self, checks: Sequence[Check]) -> Verification:
         """Add checks; one of the same name takes the place of the earlier one."""

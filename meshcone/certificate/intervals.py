@@ -91,7 +91,7 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
 def _not_proven(stated: Deviation, found: Bounds, margin: float) -> str | None:
     for name in ("extra", "missing"):
         told, proven = getattr(stated, name).upper_model, getattr(found, name)
-        if told < proven - margin:
+        if not told >= proven - margin:
             return f"'{name}' is proven to be {proven:.3g} at most, the report states {told:.3g}"
     return None
 
@@ -101,9 +101,9 @@ def _not_attained(stated: Deviation, surface: WrittenSurface, margin: float) -> 
     for name, here, there in (("extra", mesh, reference), ("missing", reference, mesh)):
         told: ProvenInterval = getattr(stated, name)
         at = np.array([told.at])
-        if (off := _distance(here, at)) > margin:
+        if not (off := _distance(here, at)) <= margin:
             return f"the farthest point of '{name}' is {off:.3g} away from the surface it is on"
-        if (away := _distance(there, at)) < told.lower_model - margin:
+        if not (away := _distance(there, at)) >= told.lower_model - margin:
             return (
                 f"the farthest point of '{name}' is {away:.3g} away from the other surface, "
                 f"the report states {told.lower_model:.3g}"
@@ -122,7 +122,7 @@ def _inconsistent(stated: Deviation, radius: float, margin: float) -> str | None
         return "the report's 'max' is not the larger of both directions"
     for told in (stated.extra, stated.missing, stated.max):
         in_model_units = ((told.lower, told.lower_model), (told.upper, told.upper_model))
-        if any(abs(end * radius - model) > margin for end, model in in_model_units):
+        if not all(abs(end * radius - model) <= margin for end, model in in_model_units):
             return "the report's ends in model units are not those in radii"
         if told.width != told.upper - told.lower:
             return "the report's width is not the upper end minus the lower end"

@@ -32,7 +32,7 @@ def metrics_check(report: Report, refined: Mesh, reference: Mesh) -> Check:
     ).point_to_surface()
     for name in ("mean", "rms", "p95", "max"):
         now, then = getattr(found, name), getattr(stated.point_to_surface, name)
-        if abs(now - then) > _AGREEMENT * now + _ROUNDING:
+        if not abs(now - then) <= _AGREEMENT * now + _ROUNDING:
             words = f"point_to_surface.{name} is {now:.3g}, the report states {then:.3g}"
             return Check("metrics", False, words)
     words = f"point_to_surface of the refined file is as the report states; {_LEFT_OUT}"

@@ -68,7 +68,7 @@ def optimality_checks(
 
 def _written(found: CertificateRecord, rewriting: Rewriting, tolerance: float) -> Check:
     allowed = min(2 * rewriting.precision + _ROUNDING, _LARGEST_OFFSET)
-    if rewriting.offset > allowed:
+    if not rewriting.offset <= allowed:
         words = (
             f"the refined file is {rewriting.offset:.2g} of the radius away from the optimum "
             f"written into the source, allowed {allowed:.2g}"

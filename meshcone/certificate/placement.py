@@ -57,10 +57,10 @@ def _placed(pair: Pair, placed: Pair, stated: AlignmentRecord, seed: int) -> Che
     before, after = distances_under(*pair.in_model_units(), np.array(stated.matrix), seed)
     radius = pair.frame.radius
     for found, told in ((before, stated.before), (after, stated.after)):
-        if abs(found - told) > _AGREEMENT * found + _ROUNDING * radius:
+        if not abs(found - told) <= _AGREEMENT * found + _ROUNDING * radius:
             words = f"the source is {found:.3g} from the reference where the report says {told:.3g}"
             return Check("placed", False, f"{words}, in model units, as root mean square")
-    if after > before:
+    if not after <= before:
         words = f"the alignment takes the source away from the reference: {before:.3g} to"
         return Check("placed", False, f"{words} {after:.3g} model units")
     return Check(

@@ -45,7 +45,7 @@ def road_check(round_index: int, before: Floats, source: Floats, refined: Displa
     """
     start = displacement_of(before, source)
     if round_index == 0:
-        if start.max > _ROUNDING:
+        if not start.max <= _ROUNDING:
             words = f"the only round starts {start.max:.2g} of the radius away from the source"
             return Check("road", False, words)
         return Check("road", True, "the only round starts at the source")
@@ -54,7 +54,7 @@ def road_check(round_index: int, before: Floats, source: Floats, refined: Displa
         (start.max, refined.max, "at most"),
     ):
         allowed = _LARGEST_RATIO * end + _MARGIN
-        if found > allowed:
+        if not found <= allowed:
             words = (
                 f"the last round starts {found:.2g} of the radius away from the source {which}, "
                 f"but the refined file lies {end:.2g} away; allowed {allowed:.2g}"

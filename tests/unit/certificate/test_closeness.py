@@ -189,7 +189,8 @@ def test_a_record_that_the_report_is_silent_about_fails(honest: Evidence) -> Non
 
 
 def test_closeness_is_searched_for_where_nobody_has_proven_it() -> None:
-    unproven = Evidence.of(rough(), smooth(), {**FAST, "deviation": {"prove": False}})
+    made = Evidence.of(rough(), smooth(), {**FAST, "deviation": {"prove": False}})
+    unproven = made.with_document(schema_="meshcone.certificate/1")
 
     found = check(unproven)
 
@@ -230,12 +231,16 @@ def bound(found: Check) -> float:
     return float(found.words.split("within ")[1].split()[0])
 
 
+NAN = float("nan")
 EDITED: dict[str, tuple[dict[str, Any], str]] = {
     "a smaller upper end": ({"upper_model": 0.01, "upper": 0.005, "width": 0.0}, "is proven to be"),
     "a larger lower end": ({"lower_model": 9.0}, "the report states 9"),
     "a point off the surface": ({"at": (9.0, 0.0, 0.0)}, "away from the surface it is on"),
     "another width": ({"width": 0.0}, "the report's width"),
     "other model units": ({"upper_model": 9.0}, "model units"),
+    "an upper end that is no number": ({"upper_model": NAN}, "is proven to be"),
+    "a lower end that is no number": ({"lower_model": NAN}, "the report states nan"),
+    "a point at no place": ({"at": (NAN, NAN, NAN)}, "away from the surface it is on"),
 }
 
 

@@ -5,12 +5,13 @@ Source and reference are honest; report, certificate and refined file are made t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from meshcone.certificate.checks import Check
+from meshcone.certificate.checks import Check, Verification
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
 from meshcone.surface.arrays import Floats
@@ -20,6 +21,7 @@ from tests.unit.certificate.forging import Forgery, anywhere
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import RADIUS, rough, smooth
 
+NAN = float("nan")
 FAST: dict[str, Any] = {"effort": "fast"}
 
 
@@ -33,10 +35,12 @@ def failures(evidence: Evidence) -> dict[str, str]:
 
 
 def checks_of(evidence: Evidence) -> tuple[Check, ...]:
+    return verification(evidence).checks
+
+
+def verification(evidence: Evidence) -> Verification:
     stored = MeshFile("certificate.npz", evidence.certificate.to_bytes())
-    return verify(
-        evidence.report, stored, evidence.source, evidence.reference, evidence.refined
-    ).checks
+    return verify(evidence.report, stored, evidence.source, evidence.reference, evidence.refined)
 
 
 def test_a_start_of_the_last_round_far_from_the_source_fails(honest: Evidence) -> None:
@@ -93,6 +97,24 @@ def scattered(like: Floats) -> Floats:
     return np.random.default_rng(2).normal(size=like.shape)
 
 
+def test_a_forgery_is_said_to_prove_how_far_it_is_off_and_nothing_else(honest: Evidence) -> None:
+    options = {**FAST, "surface": {"proximity": 1e6, "edge_cap": 1e6}}
+    far = verification(Forgery(options, before=anywhere).of(honest))
+    blown_up = verification(Forgery(FAST, before=lambda pair: 25 * pair.source.vertices).of(honest))
+
+    assert far.proven.startswith("every point within 4.63 units of the reference")
+    assert far.proven.endswith("; that the refined file is an optimum: not proven")
+    assert blown_up.proven.endswith("the optimum of its last round; its rounds: not proven")
+
+
+def test_an_honest_refinement_is_said_to_be_the_optimum_of_its_last_round(
+    honest: Evidence,
+) -> None:
+    words = verification(honest).proven
+
+    assert "; the refined file is the optimum of its last round; round 5 starts" in words
+
+
 def test_a_first_round_that_starts_elsewhere_fails(honest: Evidence) -> None:
     forged = Forgery(FAST, before=lambda pair: 1.001 * pair.source.vertices, round_index=0)
 
@@ -115,34 +137,58 @@ def test_an_alignment_that_brings_the_source_no_closer_fails(
     assert "placed" in failures(forged)
 
 
-@pytest.mark.parametrize("which", ["before", "after"])
-def test_an_alignment_whose_distances_are_invented_fails(which: str) -> None:
+def test_an_alignment_whose_distances_are_invented_fails() -> None:
     aligned = Evidence.of(rough(), smooth(), {**FAST, "align": "similarity"})
     stated = aligned.report.alignment
     assert stated is not None
-    better = stated.model_copy(update={which: 0.5 * getattr(stated, which)})
+    better = stated.model_copy(update={"after": 0.5 * stated.after})
+    worse = stated.model_copy(update={"before": 2 * stated.before})
+    neither = stated.model_copy(update={"after": NAN})
 
     assert failures(aligned) == {}
-    assert "where the report says" in failures(aligned.with_report(alignment=better))["placed"]
+    for invented in (better, worse, neither):
+        failed = failures(aligned.with_report(alignment=invented))
+        assert "where the report says" in failed["placed"]
 
 
-@pytest.mark.parametrize("value", [{"mean": 1e-4}, {"max": 1e-4}])
+@pytest.mark.parametrize("value", [{"mean": 1e-4}, {"max": 1e-4}, {"max": NAN}])
 def test_a_displacement_that_is_invented_fails(honest: Evidence, value: dict[str, float]) -> None:
     invented = honest.report.displacement.model_copy(update=value)
 
     assert failures(honest.with_report(displacement=invented)).keys() == {"displacement"}
 
 
+@pytest.mark.parametrize("factor", [0.5, NAN])
 @pytest.mark.parametrize("name", ["mean", "rms", "p95", "max"])
-def test_a_distance_that_is_invented_fails(honest: Evidence, name: str) -> None:
+def test_a_distance_that_is_invented_fails(honest: Evidence, name: str, factor: float) -> None:
     quality = honest.report.quality
     assert quality.refined is not None
     distances = quality.refined.point_to_surface
-    invented = distances.model_copy(update={name: 0.5 * getattr(distances, name)})
+    invented = distances.model_copy(update={name: factor * getattr(distances, name)})
     refined = quality.refined.model_copy(update={"point_to_surface": invented})
     forged = honest.with_report(quality=quality.model_copy(update={"refined": refined}))
 
     assert f"point_to_surface.{name}" in failures(forged)["metrics"]
+
+
+def test_a_report_of_another_version_than_the_certificate_fails(honest: Evidence) -> None:
+    assert failures(honest.with_report(version="9.9.9")).keys() == {"version"}
+
+
+@pytest.mark.parametrize("size", [1e30, 1e200, 1e300])
+@pytest.mark.parametrize("array", ["before", "positions", "tension"])
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # the numbers overflow: that is the point
+def test_numbers_too_large_to_reckon_with_fail(honest: Evidence, array: str, size: float) -> None:
+    numbers = getattr(honest.certificate, array).copy()
+    numbers[3] = size
+
+    assert failures(honest.with_certificate(**{array: numbers}))
+
+
+def test_source_and_reference_in_each_other_s_place_fail(honest: Evidence) -> None:
+    swapped = replace(honest, source=honest.reference, reference=honest.source)
+
+    assert {"closeness", "program"} <= failures(swapped.with_forged_hashes()).keys()
 
 
 def test_another_setting_in_the_report_fails(honest: Evidence) -> None:
