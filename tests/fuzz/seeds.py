@@ -123,6 +123,32 @@ def textured_gltf() -> Gltf:
     return gltf
 
 
+def posed_gltf() -> Gltf:
+    """The cube under two joints and a morph target that is shown, and at two places more."""
+    gltf = cube_gltf(skin=0)
+    mesh = gltf.json["meshes"][0]
+    attributes = mesh["primitives"][0]["attributes"]
+    plain = {name: attributes[name] for name in ("POSITION", "NORMAL")}
+    attributes["JOINTS_0"] = gltf.accessor(np.tile(np.array([[0, 1, 0, 0]], dtype="u1"), (24, 1)))
+    attributes["WEIGHTS_0"] = gltf.accessor(np.full((24, 4), 0.25, dtype="f4"))
+    mesh["primitives"][0]["targets"] = [{"POSITION": attributes["NORMAL"]}]
+    mesh["weights"] = [0.5]
+    binds = np.tile(np.eye(4, dtype="f4").reshape(-1, 4), (2, 1))
+    inverses = gltf.accessor(binds)
+    gltf.json["accessors"][inverses] |= {"type": "MAT4", "count": 2}
+    gltf.json["skins"] = [{"joints": [1, 2], "inverseBindMatrices": inverses}]
+    gltf.node(children=[2], scale=[2, 2, 2])
+    gltf.node(root=False, translation=[1, 0, 0])
+    indices = mesh["primitives"][0]["indices"]
+    copies = {"TRANSLATION": gltf.accessor(np.array([[5, 0, 0], [0, 5, 0]], dtype="f4"))}
+    gltf.node(
+        mesh=gltf.mesh({"attributes": plain, "indices": indices}),
+        extensions={"EXT_mesh_gpu_instancing": {"attributes": copies}},
+    )
+    gltf.json["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+    return gltf
+
+
 def packed(document: Any, binary: bytes, kinds: tuple[bytes, bytes] = (b"JSON", b"BIN\0")) -> bytes:
     """A GLB of any JSON and buffer."""
     text = json.dumps(document).encode()
@@ -132,7 +158,7 @@ def packed(document: Any, binary: bytes, kinds: tuple[bytes, bytes] = (b"JSON", 
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
-DOCUMENTS = [textured_gltf(), sparse_gltf(), interleaved_gltf()]
+DOCUMENTS = [textured_gltf(), sparse_gltf(), interleaved_gltf(), posed_gltf()]
 for gltf in DOCUMENTS:
     gltf.json["buffers"][0]["byteLength"] = len(gltf.binary)
 PLY = [ply(), ply("binary_little_endian"), ply("binary_big_endian"), mixed_ply()]

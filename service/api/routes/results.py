@@ -66,7 +66,16 @@ def _file_route(
     return register
 
 
-@_file_route("mesh", "the refined mesh, in the source's format", "model/obj", _GLB, _GLTF)
+@_file_route(
+    "mesh",
+    "the refined mesh, in the source's format",
+    "model/obj",
+    _GLB,
+    _GLTF,
+    "model/ply",
+    "model/stl",
+    "model/off",
+)
 def get_mesh(
     record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
 ) -> Response:

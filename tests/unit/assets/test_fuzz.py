@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshcone.assets import Limits, read_asset
+from meshcone.assets import Limits, WritePolicy, read_asset
 from meshcone.errors import MeshConeError
 from tests.fuzz import seeds
 from tests.fuzz.damage import damaged_bytes, damaged_document, damaged_words
@@ -41,7 +41,9 @@ def check(name: str, data: bytes) -> None:
         corners = asset.vertices[asset.faces]
         assert (corners != np.roll(corners, 1, axis=1)).any(axis=2).all()
         assert asset.patched(asset.vertices) == data
-        again = read_asset(name, asset.patched(asset.vertices * 0.5 + 1), {"a.bin": bytes(64)})
+        policy = WritePolicy(instances="auto")
+        written = asset.patched(asset.vertices * 0.5 + 1, policy)
+        again = read_asset(name, written, {"a.bin": bytes(64)})
         assert len(again.positions) == len(asset.positions)
     except MeshConeError as error:
         assert error.kind in ("input", "limit")  # noqa: PT017
