@@ -108,7 +108,7 @@ class Code(StrEnum):
     )
     VERTICES_ASTRAY = (
         "vertices.astray",
-        "vertices that no triangle uses have no finite coordinates",
+        "vertices without finite coordinates; triangles that use one are not drawn and not read",
     )
     NODES_INVISIBLE = "nodes.invisible", "meshes at nodes that are switched off, which are not read"
     NODES_FLATTENED = (

@@ -122,8 +122,11 @@ def _unstored(count: int, copies: int) -> Callable[[], bytes]:
     return make
 
 
-def _infinite(gltf: Gltf) -> None:
-    gltf.binary[0:4] = np.float32(np.inf).tobytes()
+def _nowhere(value: float) -> Change:
+    def change(gltf: Gltf) -> None:
+        gltf.binary[: 24 * 12] = np.float32(value).tobytes() * 72
+
+    return change
 
 
 _PRIMITIVE = "/meshes/0/primitives/0"
@@ -200,12 +203,13 @@ CASES = [
         r"/nodes/\d",
         "overflows",
     ),
-    _input("an infinite position", _infinite, "/accessors/0", "vertex 0 is not at finite"),
-    _input(
+    _input("infinite positions", _nowhere(np.inf), None, "it has no faces"),
+    _input("positions that are no numbers", _nowhere(np.nan), None, "it has no faces"),
+    Case(
         "a signalling NaN",
-        lambda gltf: gltf.binary.__setitem__(slice(0, 4), b"\0\0\xa0\x7f"),
-        "/accessors/0",
-        "vertex 0 is not at finite",
+        "mesh.glb",
+        _made(lambda gltf: gltf.binary.__setitem__(slice(0, 4), b"\0\0\xa0\x7f")),
+        "ok",
     ),
     _input(
         "an index past the last vertex",

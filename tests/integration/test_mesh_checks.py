@@ -134,13 +134,18 @@ def test_a_fault_is_told_with_file_and_place(
 def test_a_source_that_cannot_be_written_back_is_refused(
     portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, kept: Keep
 ) -> None:
-    only_readable = kept(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "mesh.off")
+    header = (
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        b"property float z\nproperty list uchar int of\nelement face 1\n"
+        b"property list uchar int vertex_indices\nend_header\n"
+    )
+    only_readable = kept(header + b"0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n", "mesh.ply")
 
     assert checked(portal, checks, mesh, only_readable)
     with pytest.raises(InputError) as caught:
         checked(portal, checks, only_readable, mesh)
 
-    assert caught.value.file == "mesh.off"
+    assert caught.value.file == "mesh.ply"
 
 
 def test_a_file_is_handed_over_whole_whatever_its_size(

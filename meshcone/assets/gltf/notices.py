@@ -22,7 +22,8 @@ class Findings:
         skinned, morphed: meshes with a skin and with morph targets.
         empty: primitives that draw nothing.
         ragged: primitives with indices left over.
-        astray: how many vertices that no triangle uses have no finite coordinates.
+        astray: how many vertices have no finite coordinates.
+        undrawn: how many triangles use one of those.
     """
 
     placements: Placements
@@ -31,6 +32,7 @@ class Findings:
     empty: list[Element]
     ragged: list[Element]
     astray: int
+    undrawn: int
 
 
 def scene_notices(document: Document, found: Findings) -> tuple[Notice, ...]:
@@ -72,8 +74,9 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         words = f"CESIUM_RTC puts the scene at ({place}), and there it is read"
         yield Notice(Code.SCENE_RELATIVE, words)
     if found.astray:
-        words = "of the vertices that no triangle uses have no finite coordinates"
-        yield Notice(Code.VERTICES_ASTRAY, f"{found.astray:,} {words}")
+        words = f"{found.astray:,} of the vertices have no finite coordinates; "
+        words += f"triangles that use them, and so are not drawn: {found.undrawn:,}"
+        yield Notice(Code.VERTICES_ASTRAY, words)
 
 
 _PLURALS = {"node": "nodes", "mesh": "meshes", "primitive": "primitives"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ def read_scene(
         pose: whether skins and morph targets show ``rest`` or are passed over (``bind``).
 
     Raises:
-        InputError: something the scene uses is malformed, or a position is not finite or beyond
+        InputError: something the scene uses is malformed, or a position is beyond
             ``LARGEST_COORDINATE``.
         LimitError: more vertices or triangles than ``limits`` accept, instances counted.
     """
@@ -111,6 +111,7 @@ class _SceneBuilder:
         self._faces = 0
         self._primitives_read = 0
         self._astray = 0
+        self._undrawn = 0
 
     def build(self) -> Scene:
         placements = place_meshes(self._document.root, self._accessors, self._limits)
@@ -121,7 +122,8 @@ class _SceneBuilder:
         for placement in placements.shown:
             for primitive in self._mesh(placement.mesh):
                 self._place(placement, primitive)
-        return Scene(self._blocks, self._placed, self._positions(), self._warnings(placements))
+        positions = self._positions()
+        return Scene(self._blocks, self._placed, positions, self._warnings(placements))
 
     def _mesh(self, index: int) -> list[Primitive]:
         if index not in self._meshes:
@@ -175,25 +177,35 @@ class _SceneBuilder:
 
     def _positions(self) -> NDArray[np.float64]:
         positions = np.empty((self._vertices, 3))
+        finite = np.empty(self._vertices, dtype=bool)
+        for block in self._blocks:
+            local = self._local_positions(block)
+            finite[block.rows] = np.isfinite(local).all(axis=1)
+            with np.errstate(over="ignore", invalid="ignore"):
+                positions[block.rows] = block.pose.place(local)
+        self._astray = int(np.count_nonzero(~finite))
+        if self._astray:
+            self._leave_out(finite)
         used = np.zeros(self._vertices, dtype=bool)
         for placed in self._placed:
             used[placed.triangles] = True
-        for block in self._blocks:
-            with np.errstate(over="ignore", invalid="ignore"):
-                world = block.pose.place(self._local_positions(block))
-            usable = (np.abs(world) <= LARGEST_COORDINATE).all(axis=1)
-            # Nobody sees where a vertex is that no triangle uses.
-            unusable = ~usable & used[block.rows]
-            self._astray += int(np.count_nonzero(~usable & ~used[block.rows]))
-            if unusable.any():
-                vertex = int(np.flatnonzero(unusable)[0])
-                raise InputError(
-                    f"vertex {vertex} is not at finite coordinates of at most "
-                    f"{LARGEST_COORDINATE:g}",
-                    place=block.accessor.element.pointer,
-                )
-            positions[block.rows] = world
+        far = used & ~(np.abs(positions) <= LARGEST_COORDINATE).all(axis=1)
+        if far.any():
+            row = int(np.flatnonzero(far)[0])
+            block = next(each for each in self._blocks if row < each.rows.stop)
+            raise InputError(
+                f"vertex {row - block.start} is not at finite coordinates of at most "
+                f"{LARGEST_COORDINATE:g}",
+                place=block.accessor.element.pointer,
+            )
         return positions
+
+    def _leave_out(self, finite: NDArray[np.bool_]) -> None:
+        """Drop triangles with a corner that is nowhere: graphics hardware does not draw them."""
+        for number, placed in enumerate(self._placed):
+            drawn = finite[placed.triangles].all(axis=1)
+            self._undrawn += int(np.count_nonzero(~drawn))
+            self._placed[number] = replace(placed, triangles=placed.triangles[drawn])
 
     def _local_positions(self, block: Block) -> NDArray[np.float64]:
         accessor = block.accessor
@@ -210,6 +222,7 @@ class _SceneBuilder:
             empty=self._reader.empty,
             ragged=self._reader.ragged,
             astray=self._astray,
+            undrawn=self._undrawn,
         )
         return scene_notices(self._document, found)
 

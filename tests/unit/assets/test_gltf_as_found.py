@@ -90,11 +90,24 @@ def test_vertices_that_no_triangle_uses_need_no_coordinates() -> None:
     asset = read(gltf)
     written = asset.patched(asset.vertices * 1.5 + 1)
 
-    assert warned(asset, Code.VERTICES_ASTRAY, "1 of the vertices")
+    assert warned(asset, Code.VERTICES_ASTRAY, "1 of the vertices", "not drawn: 0")
     assert np.isfinite(asset.vertices).all()
     document, binary = chunks(written)
     assert document["accessors"][0]["min"] == [1.0] * 3
     assert binary[24 * 12 : 25 * 12] == stray[24:].tobytes()
+
+
+@pytest.mark.parametrize("nowhere", [np.nan, np.inf])
+def test_triangles_with_a_corner_nowhere_are_not_drawn(nowhere: float) -> None:
+    gltf = cube_gltf()
+    gltf.binary[:4] = np.float32(nowhere).tobytes()
+
+    asset = read(gltf)
+
+    assert asset.counts().faces == 10
+    assert warned(asset, Code.VERTICES_ASTRAY, "1 of the vertices", "not drawn: 2")
+    again = read_asset("mesh.glb", asset.patched(asset.vertices * 1.5 + 1))
+    assert np.allclose(again.vertices, asset.vertices * 1.5 + 1)
 
 
 def test_a_document_may_be_padded_with_zeros() -> None:
