@@ -96,9 +96,19 @@ def _time(name: str, command: list[str], directory: Path) -> None:
     if shutil.which(command[0]) is None:
         print(f"  {name}: not on this machine")
         return
-    before = time.perf_counter()
+    before = _processor_seconds()
     done = subprocess.run(command, cwd=directory, capture_output=True, check=False, timeout=600)
-    print(f"  {name}: {time.perf_counter() - before:.2f} s, exit code {done.returncode}")
+    lines = (done.stdout + done.stderr).decode(errors="replace").strip().splitlines()
+    print(
+        f"  {name}: processor seconds {_processor_seconds() - before:.2f}, "
+        f"exit code {done.returncode}: {lines[-1][:100] if lines else ''}"
+    )
+
+
+def _processor_seconds() -> float:
+    """Of all processes that this one has waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def knot(triangles: int) -> Model:
