@@ -28,10 +28,11 @@ class SurfaceRefiner:
 
     Args:
         problems: the pair under every setting.
+        guarded: whether an answer that is worse than the input somewhere gives way to it.
     """
 
-    def __init__(self, problems: SurfaceProblems) -> None:
-        self._problems = problems
+    def __init__(self, problems: SurfaceProblems, *, guarded: bool = True) -> None:
+        self._problems, self._guarded = problems, guarded
         self._source, self._options = problems.source, problems.options
 
     def run(self, on_round: RoundCallback | None = None) -> RefinedPositions:
@@ -74,6 +75,8 @@ class SurfaceRefiner:
 
     def _first_harmless(self, attempts: list[Attempt], count: Countdown) -> RefinedPositions:
         """Confirm the first answer that nothing speaks against; else keep the input."""
+        if not self._guarded:
+            return self._confirmed(attempts[0], attempts[0].complete(count).solution)
         reasons: tuple[str, ...] = ()
         harm = HarmCheck(
             self._source,
@@ -136,7 +139,12 @@ class SurfaceRefiner:
 
 
 def refine_surface(
-    source: Mesh, reference: Mesh, options: Options, on_round: RoundCallback | None = None
+    source: Mesh,
+    reference: Mesh,
+    options: Options,
+    on_round: RoundCallback | None = None,
+    *,
+    guarded: bool = True,
 ) -> RefinedPositions:
     """Solve the surface program round by round.
 
@@ -145,5 +153,7 @@ def refine_surface(
         reference: in its own frame.
         options: ``effort``, ``surface``, ``cones``, ``solver`` and ``seed`` are read.
         on_round: called with the rounds done and the rounds in all.
+        guarded: whether an answer that is worse than the input somewhere gives way to it.
     """
-    return SurfaceRefiner(SurfaceProblems(source, reference, options)).run(on_round)
+    problems = SurfaceProblems(source, reference, options)
+    return SurfaceRefiner(problems, guarded=guarded).run(on_round)

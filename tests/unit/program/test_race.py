@@ -85,3 +85,17 @@ def test_a_program_let_go_of_is_written_again_as_it_was() -> None:
     assert again.round_index == kept.round_index == 4
     np.testing.assert_array_equal(again.objective.linear, kept.objective.linear)
     np.testing.assert_array_equal(again.positions, kept.positions)
+
+
+def test_an_answer_that_harms_is_returned_only_unguarded() -> None:
+    source, reference = sphere(3), torus(24, 12, tube=0.2)  # a ball has no hole to become a ring
+    options = parse_options({**QUIET, "effort": "fast"})
+
+    kept = refine_surface(source, reference, options)
+    wreck = refine_surface(source, reference, options, guarded=False)
+
+    np.testing.assert_array_equal(kept.positions, source.vertices)
+    assert kept.kept_input
+    assert kept.final is None
+    assert not wreck.kept_input
+    assert wreck.final is not None
