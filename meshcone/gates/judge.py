@@ -15,7 +15,7 @@ from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
 from meshcone.gates.units import is_distance
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
-from meshcone.quality.deviation.records import ProvenInterval, ShareInterval
+from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
 from meshcone.report.report import AnyReport, AuditReport, MeasureReport, Report
 
 SameReport = TypeVar("SameReport", Report, MeasureReport, AuditReport)
@@ -62,7 +62,7 @@ def _check(
     else:
         assert isinstance(allowed, float)  # noqa: S101 - require_known has seen to it
         comparison = _Comparison(report, key, rule, bound, allowed)
-        if isinstance(found.value, ProvenInterval | ShareInterval):
+        if isinstance(found.value, DistanceInterval | ShareInterval):
             finding = comparison.with_interval(found.value)
         else:
             finding = comparison.with_value(found.value)
@@ -153,11 +153,11 @@ class _Comparison:
         position = None if within else self._worst_position()
         return _Finding(value, limit, "pass" if within else "fail", words, position)
 
-    def with_interval(self, found: ProvenInterval | ShareInterval) -> _Finding:
+    def with_interval(self, found: DistanceInterval | ShareInterval) -> _Finding:
         """Decide by the end that proves it; between the ends nothing is decided."""
         lower, upper = found.lower, found.upper
-        at = found.at if isinstance(found, ProvenInterval) else None
-        if self.bound.endswith("_model") and isinstance(found, ProvenInterval):
+        at = found.at if isinstance(found, DistanceInterval) else None
+        if self.bound.endswith("_model") and isinstance(found, DistanceInterval):
             lower, upper = found.lower_model, found.upper_model
         if self._is_upper:
             within, beyond = _at_most(upper, self.allowed), not _at_most(lower, self.allowed)

@@ -20,12 +20,12 @@ from pydantic import BaseModel
 from meshcone.auditing.records import AssetAudit
 from meshcone.notices import WARNINGS, warnings_named
 from meshcone.options import Mode
-from meshcone.quality.deviation.records import ProvenInterval, ShareInterval
+from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
 from meshcone.quality.records import Metrics
 from meshcone.report.report import AnyReport, AuditReport, MeasureReport, Report
 
 Kind = Literal["number", "interval", "truth", "word", "list"]
-Value = float | bool | str | tuple[str, ...] | ProvenInterval | ShareInterval
+Value = float | bool | str | tuple[str, ...] | DistanceInterval | ShareInterval
 
 NOT_TESTED = "not_tested"  # how a report states a value it did not determine, besides null
 _KINDS: Mapping[type, Kind] = {bool: "truth", int: "number", float: "number", str: "word"}
@@ -157,7 +157,7 @@ def _leaves_of(annotation: Any, path: str) -> Iterator[tuple[str, Known]]:
     elif origin is not None and issubclass(origin, Mapping):
         yield from _leaves_of(get_args(annotation)[1], f"{path}.{_ANY}")
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        if issubclass(annotation, ProvenInterval | ShareInterval):
+        if issubclass(annotation, DistanceInterval | ShareInterval):
             yield path, Known("interval")
         yield from _leaves(annotation, f"{path}.")
     elif annotation in _KINDS:

@@ -10,6 +10,8 @@ _NAMES = {
     "deviation.max": "proven deviation",
     "deviation.extra": "proven distance that the mesh goes beyond the reference",
     "deviation.missing": "proven distance that the reference is not covered",
+    "deviation.outside": "distance that the mesh goes outside of the reference",
+    "deviation.inside": "distance that the mesh goes inside of the reference",
     "deviation.area_beyond": "share of the area beyond the tolerance",
     "deviation.area_beyond.extra": "share of the mesh's area beyond the tolerance",
     "deviation.area_beyond.missing": "share of the reference's area beyond the tolerance",

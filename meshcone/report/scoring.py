@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from meshcone.appearance.comparison import Painted, compare_colours
 from meshcone.appearance.paint import Paint
 from meshcone.appearance.records import Appearance
@@ -10,7 +12,7 @@ from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
 from meshcone.quality.deviation.bars import bars_of
 from meshcone.quality.deviation.proving import ProvenDeviation, prove_deviation
-from meshcone.quality.directions import directions
+from meshcone.quality.directions import directions, inside
 from meshcone.quality.metrics import compare
 from meshcone.quality.parts import Partition, PartSamples, distances_per_part
 from meshcone.quality.records import Baselines, Metrics, PerPart, Quality
@@ -132,9 +134,11 @@ class Scorer:
         if not self._options.deviation.prove:
             return None
         bars = bars_of(self._options.gates, frame.radius)
+        closed = self._closed
+        encloses = None if closed is None else partial(inside, reference=closed)
         with self._watch.stage("deviation"):
             return prove_deviation(
-                self._judged, self._reference, frame, self._options.deviation, bars
+                self._judged, self._reference, frame, self._options.deviation, bars, encloses
             )
 
     def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:

@@ -119,7 +119,7 @@ class _AreaSearch:
         """Tell of pieces what is within and what is beyond, and leave the others open."""
         for block in blocks(rows):
             found = self._search.evaluate(block, lambda: self._within, creases=False)
-            areas, beyond = _areas(found.corners), _all_beyond(found, self._outside)
+            areas, beyond = _areas(found.corners), all_beyond(found, self._outside)
             self._beyond += float(areas[beyond].sum())
             self._open = np.concatenate([self._open, found.rows[~beyond]])
             self._areas = np.concatenate([self._areas, areas[~beyond]])
@@ -130,7 +130,7 @@ def _areas(corners: Floats) -> Floats:
     return row_lengths(np.cross(sides[:, 0], sides[:, 1])) / 2
 
 
-def _all_beyond(found: Unsettled, tolerance: float) -> Bools:
+def all_beyond(found: Unsettled, tolerance: float) -> Bools:
     """Which pieces have no point within the tolerance of the other surface.
 
     The open balls about the corners and the centroid whose radii are the distances there hold

@@ -74,6 +74,29 @@ class Interval:
     pieces: int
 
 
+def searched_deviation(
+    mesh: Mesh, reference: Mesh, asked: Asked, hints: Hints | None = None
+) -> tuple[Interval, Search]:
+    """Do as :func:`directed_deviation`, and return the search as well, to go on with."""
+    search = Search(mesh, reference, hints)
+    search.run(asked.level, asked.most_pieces)
+    if asked.bars:
+        made = search.pieces.count - search.pieces.faces
+        # A little more, so that the interval is of use to those who want to know how far it is.
+        search.run(asked.narrow, min(asked.most_pieces, made + _AFTERWARDS))
+    farthest = search.farthest()
+    lower, upper = farthest.distance, search.upper
+    interval = Interval(
+        lower=lower,
+        upper=upper,
+        farthest=farthest,
+        answered=asked.answered_by(lower, upper),
+        leaves=search.pieces.leaves(),
+        pieces=search.pieces.count - search.pieces.faces,
+    )
+    return interval, search
+
+
 def directed_deviation(
     mesh: Mesh, reference: Mesh, asked: Asked, hints: Hints | None = None
 ) -> Interval:
@@ -91,19 +114,4 @@ def directed_deviation(
     Raises:
         InputError: a mesh has no faces or a position that is not finite.
     """
-    search = Search(mesh, reference, hints)
-    search.run(asked.level, asked.most_pieces)
-    if asked.bars:
-        made = search.pieces.count - search.pieces.faces
-        # A little more, so that the interval is of use to those who want to know how far it is.
-        search.run(asked.narrow, min(asked.most_pieces, made + _AFTERWARDS))
-    farthest = search.farthest()
-    lower, upper = farthest.distance, search.upper
-    return Interval(
-        lower=lower,
-        upper=upper,
-        farthest=farthest,
-        answered=asked.answered_by(lower, upper),
-        leaves=search.pieces.leaves(),
-        pieces=search.pieces.count - search.pieces.faces,
-    )
+    return searched_deviation(mesh, reference, asked, hints)[0]

@@ -10,17 +10,23 @@ import numpy as np
 from meshcone.options.deviation import DeviationOptions
 from meshcone.quality.deviation.area import AreaShare, area_beyond
 from meshcone.quality.deviation.bars import AreaBars, Bars
-from meshcone.quality.deviation.interval import Asked, Interval, directed_deviation
+from meshcone.quality.deviation.interval import Asked, Interval, searched_deviation
 from meshcone.quality.deviation.leaves import Leaves
 from meshcone.quality.deviation.points import Hints
 from meshcone.quality.deviation.records import (
     AreaBeyond,
     Deviation,
+    DistanceInterval,
     ProvenInterval,
     ShareInterval,
 )
+from meshcone.quality.deviation.search import Search
+from meshcone.quality.deviation.sides import Encloses, Side, deviation_by_side
 from meshcone.quality.sampled import SampledSurface
 from meshcone.surface import Frame
+
+# Pieces that telling outside from inside may cost.
+_FOR_SIDES = 20_000
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,7 @@ def prove_deviation(
     frame: Frame,
     chosen: DeviationOptions,
     bars: Bars,
+    encloses: Encloses | None = None,
 ) -> ProvenDeviation:
     """Bound how far either surface goes from the other.
 
@@ -55,9 +62,11 @@ def prove_deviation(
         frame: that leads back to model units.
         chosen: how narrowly, and at what cost.
         bars: what the gates want to be told from it.
+        encloses: which points of the frame a closed reference encloses.
     """
-    extra = _directed(surface, reference, _asked(chosen, bars.extra))
-    missing = _directed(reference, surface, _asked(chosen, bars.missing))
+    extra, search = _directed(surface, reference, _asked(chosen, bars.extra))
+    missing, _ = _directed(reference, surface, _asked(chosen, bars.missing))
+    sides = encloses and _by_side(search, encloses, chosen, frame)
     farther = max(extra, missing, key=lambda found: found.lower)
     upper = max(extra.upper, missing.upper)
     both = _asked(chosen, tuple(sorted({*bars.extra} & {*bars.missing})))
@@ -66,6 +75,8 @@ def prove_deviation(
             extra=_record(extra, extra.upper, frame, proven=extra.answered),
             missing=_record(missing, missing.upper, frame, proven=missing.answered),
             max=_record(farther, upper, frame, proven=both.answered_by(farther.lower, upper)),
+            outside=sides and sides[0],
+            inside=sides and sides[1],
             area_beyond=bars.area and _area(surface, reference, frame, chosen, bars.area),
         ),
         extra=extra.leaves,
@@ -77,8 +88,10 @@ def _asked(chosen: DeviationOptions, bars: tuple[float, ...]) -> Asked:
     return Asked(chosen.width, chosen.share, chosen.pieces, bars)
 
 
-def _directed(surface: SampledSurface, target: SampledSurface, asked: Asked) -> Interval:
-    return directed_deviation(surface.mesh, target.mesh, asked, _hints(surface, target))
+def _directed(
+    surface: SampledSurface, target: SampledSurface, asked: Asked
+) -> tuple[Interval, Search]:
+    return searched_deviation(surface.mesh, target.mesh, asked, _hints(surface, target))
 
 
 def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
@@ -86,6 +99,38 @@ def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
     found = surface.closest_on(target).faces[len(surface.samples.points) :]
     nearest[surface.mesh.used_vertices] = found
     return Hints(target.tree, nearest)
+
+
+def _by_side(
+    search: Search, encloses: Encloses, chosen: DeviationOptions, frame: Frame
+) -> tuple[DistanceInterval, DistanceInterval]:
+    made = search.pieces.count - search.pieces.faces
+    most = min(chosen.pieces, made + _FOR_SIDES)
+    found = deviation_by_side(search, encloses, Asked(chosen.width, chosen.share, most))
+    outside, inside = (_side(each, frame) for each in found)
+    return outside, inside
+
+
+def _side(found: Side, frame: Frame) -> DistanceInterval:
+    at = None
+    if found.position is not None:
+        x, y, z = map(float, frame.out_of(found.position))
+        at = (x, y, z)
+    return DistanceInterval(
+        lower=found.lower,
+        upper=found.upper,
+        width=found.upper - found.lower,
+        **_in_model_units(found.lower, found.upper, frame),
+        at=at,
+        proven=found.answered,
+    )
+
+
+def _in_model_units(lower: float, upper: float, frame: Frame) -> dict[str, float]:
+    return {
+        "lower_model": math.nextafter(lower * frame.radius, 0.0),
+        "upper_model": math.nextafter(upper * frame.radius, math.inf) if upper else 0.0,
+    }
 
 
 def _area(
@@ -135,8 +180,7 @@ def _record(found: Interval, upper: float, frame: Frame, *, proven: bool) -> Pro
         lower=found.lower,
         upper=upper,
         width=upper - found.lower,
-        lower_model=math.nextafter(found.lower * frame.radius, 0.0),
-        upper_model=math.nextafter(upper * frame.radius, math.inf) if upper else 0.0,
+        **_in_model_units(found.lower, upper, frame),
         at=(x, y, z),
         proven=proven,
     )

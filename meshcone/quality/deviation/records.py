@@ -9,8 +9,8 @@ class _Record(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ProvenInterval(_Record):
-    """A distance, known to lie between two proven ends; relative to the radius.
+class DistanceInterval(_Record):
+    """A distance, known to lie between two ends; relative to the radius.
 
     A gate can name the section itself: it passes where the upper end is within the bound,
     fails where the lower end is beyond it, and is not tested between.
@@ -21,13 +21,22 @@ class ProvenInterval(_Record):
     width: float = Field(description="upper minus lower")
     lower_model: float = Field(description="the lower end in model units")
     upper_model: float = Field(description="the upper end in model units, rounded up")
-    at: tuple[float, float, float] = Field(
+    at: tuple[float, float, float] | None = Field(
         description="the farthest point that was met, in model units; where the source was "
-        "aligned, in the place it was brought to"
+        "aligned, in the place it was brought to; null where there is none"
     )
     proven: bool = Field(
         description="whether the interval is what was asked for: narrow enough, or enough to "
         "decide the gates about it; both ends hold in any case"
+    )
+
+
+class ProvenInterval(DistanceInterval):
+    """Both ends are proven, of all points of all triangles."""
+
+    at: tuple[float, float, float] = Field(
+        description="the farthest point that was met, in model units; where the source was "
+        "aligned, in the place it was brought to"
     )
 
 
@@ -64,6 +73,15 @@ class Deviation(_Record):
     )
     max: ProvenInterval = Field(
         description="the larger of both, which is the Hausdorff distance of the surfaces"
+    )
+    outside: DistanceInterval | None = Field(
+        None,
+        description="how far the mesh goes outside of a closed reference; which side a point is "
+        "on counts on the winding number and the closest points found; absent where the "
+        "reference is open",
+    )
+    inside: DistanceInterval | None = Field(
+        None, description="how far it goes inside of a closed reference, likewise"
     )
     area_beyond: AreaBeyond | None = Field(
         None, description="absent unless a gate is about it, which gives the tolerance"

@@ -121,13 +121,22 @@ class Search:
         corners = self.placed.mesh.corners[self._points.farthest_face]
         weights = _weights(self._points.farthest_at, corners)
         position = weights @ corners
-        height = 0.0 if self._equal else self._triangles.distance_at_least(position)
         return Farthest(
             face=self._points.farthest_face,
             weights=weights,
             position=position * self.placed.unit + self.placed.origin,
-            distance=max(height - self.placed.rounding, 0.0) * self.placed.unit,
+            distance=self.distance_at_least(position),
         )
+
+    def distance_at_least(self, point: Floats) -> float:
+        """Compare a point (3,) of :attr:`placed` with every face; in the meshes' unit."""
+        height = 0.0 if self._equal else self._triangles.distance_at_least(point)
+        return max(height - self.placed.rounding, 0.0) * self.placed.unit
+
+    def known_points(self) -> tuple[Floats, Floats]:
+        """The points (k, 3) of :attr:`placed` that were asked for, and their distances (k,)."""
+        known = np.flatnonzero(~np.isnan(self._points.distances))
+        return self._points.positions[known], self._points.distances[known]
 
     def run(self, level: Level, most_pieces: int) -> None:
         """Cut pieces until each is bounded by the level, or as many are made as may be.

@@ -68,7 +68,7 @@ def test_what_is_said_is_true_of_dense_samples(honest: Evidence) -> None:
 
     for here, there, stated in ((refined, reference, extra), (reference, refined, missing)):
         sampled = farthest_of_samples(here, there)
-        assert 0.9 * stated < sampled <= stated
+        assert 0.7 * stated < sampled <= stated
 
     assert words.endswith("proven without a search")
 

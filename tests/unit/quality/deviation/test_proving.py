@@ -236,3 +236,23 @@ def test_a_tolerance_belongs_to_the_area_beyond_it(
 ) -> None:
     with pytest.raises(InputError, match=words):
         measured(reference(), {key: rule})
+
+
+def test_a_spike_is_outside_of_a_closed_reference() -> None:
+    source, spike = spiked(0.1)
+    found = measured(source, {"deviation.inside": {"max": 0.01}}).deviation
+    assert found is not None
+    assert found.outside is not None
+    assert found.inside is not None
+    assert found.outside.upper_model == pytest.approx(0.1, abs=3e-4)
+    assert found.outside.at is not None
+    np.testing.assert_allclose(found.outside.at, spike, atol=1e-8)
+    assert found.inside.lower == 0
+    assert found.inside.upper < 0.02  # where the spike meets the ball, its side is not known
+
+
+def test_an_open_reference_has_no_sides() -> None:
+    found = measure_quickly(flat(3, "bent.obj", height=0.3), flat(4, "flat.obj")).deviation
+    assert found is not None
+    assert found.outside is None
+    assert found.inside is None
