@@ -60,6 +60,14 @@ def _limit(title: str, name: str, data: bytes | str, place: str, message: str, *
 _HEAD = ply_header()
 
 PLY = [
+    Case(
+        "no elements",
+        "mesh.ply",
+        constant("ply\nformat ascii 1.0\nend_header\n"),
+        "input",
+        None,
+        "it has no faces",
+    ),
     _ascii("no header at all", "ply\nnonsense", None, "'end_header', found the end"),
     _ascii("no format", "ply\nend_header\n", "line 2", "a line with the format, found none"),
     _ascii("unknown format", _HEAD.replace("ascii", "zip"), "line 2", "expected one of ascii"),

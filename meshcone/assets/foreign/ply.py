@@ -59,9 +59,9 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
 
 
 def _places(header: Header) -> Places | None:
-    """Where the vertices are; None where rows of the elements up to them differ in length."""
-    above = [element.name for element in header.elements].index(b"vertex")
-    if any(element.has_lists for element in header.elements[: above + 1]):
+    """Where the vertices are; None without any, or where rows up to them differ in length."""
+    above = next((n for n, e in enumerate(header.elements) if e.name == b"vertex"), None)
+    if above is None or any(element.has_lists for element in header.elements[: above + 1]):
         return None
     vertex = header.elements[above]
     names = [item.name for item in vertex.properties]
