@@ -63,7 +63,7 @@ def _proven(report: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     from meshcone.report.statement import rounded_up
 
     for name, interval in (report.get("deviation") or {}).items():
-        if interval is not None:
+        if interval is not None and name != "area_beyond":  # a share, which no column fits
             yield f"deviation.{name}.upper", rounded_up(interval["upper"])
 
 
