@@ -103,7 +103,7 @@ def _described(
     yield from _listed(what, lost, added)
     for name in [each for each in reference if each in source]:
         for key, before, after in reference[name].differences(source[name]):
-            words = f"has another {key}: {after}, not {before}"
+            words = f"differs in {key}: {after}; the reference has {before}"
             yield _change("altered", what, name, words, before=before, after=after)
 
 

@@ -222,8 +222,17 @@ class _Comparison:
             yield f"{number(self.allowed)} times that"
         if not self._is_upper:
             yield " required"
-        if not within and (told := warnings_named(self.report.warnings, self.key)):
-            yield f": {told[0]}"
+        if not within and (told := self._told()):
+            yield f": {'; '.join(told)}"
+
+    def _told(self) -> list[str]:
+        """What was counted, where it is warnings or changes: the first of it, in words."""
+        changes = self.report.changes
+        rows = () if changes is None else changes.rows
+        named = [each.words for each in rows if self.key == f"changes.{each.kind}.{each.what}"]
+        if len(named) > _SHOWN:
+            named[_SHOWN:] = [f"and {len(named) - _SHOWN:,} more"]
+        return named or [str(each) for each in warnings_named(self.report.warnings, self.key)[:1]]
 
     def _whose(self) -> str:
         whose = {"input": "the input's", "floor": "the floor", "reference": "the reference's"}

@@ -11,7 +11,11 @@ from meshcone.options import Options, parse_assignments, parse_options
 
 Source = Annotated[
     Path,
-    typer.Argument(metavar="SOURCE", help="The mesh: .obj, .glb or .gltf.", show_default=False),
+    typer.Argument(
+        metavar="SOURCE",
+        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off.",
+        show_default=False,
+    ),
 ]
 Reference = Annotated[
     Path,

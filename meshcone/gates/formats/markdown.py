@@ -145,7 +145,10 @@ def _excess(check: GateCheck) -> float | None:
 
 def _over(check: GateCheck) -> str:
     excess = _excess(check)
-    return "" if excess is None or excess == inf else f"{100 * excess:.3g} %"
+    if excess is None or excess == inf:
+        return ""
+    percent = 100 * excess
+    return f"{percent:,.0f} %" if 100 <= percent < 1e9 else f"{percent:.3g} %"
 
 
 def _name(name: str) -> str:

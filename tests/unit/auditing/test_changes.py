@@ -138,6 +138,14 @@ def test_a_change_is_told_in_words_with_both_sides() -> None:
     assert row.source == "at (0, 2, 0), scaled 1 by 1 by 1"
 
 
+def test_other_materials_are_told_beside_those_of_the_reference() -> None:
+    [row] = after(lambda d: d["meshes"][0]["primitives"][0].update(material=1)).rows[:1]
+
+    assert row.words == (
+        "mesh 'squares' differs in materials: glass; the reference has glass, painted"
+    )
+
+
 def test_two_things_of_one_name_are_two_things() -> None:
     document = whole()
     document.json["materials"].append({"name": "glass"})

@@ -42,6 +42,17 @@ def check(key: str, rule: dict[str, Any], reference: MeshFile | None = None) -> 
     return found
 
 
+def with_animations(*names: str) -> MeshFile:
+    document = whole()
+    first = document.json["animations"][0]
+    document.json["animations"] += [
+        # Channels differ, or these would be another name for the first one.
+        {**first, "name": name, "channels": [{**first["channels"][0], "target": {"path": name}}]}
+        for name in names
+    ]
+    return MeshFile("reference.gltf", document.to_bytes())
+
+
 @pytest.mark.parametrize(
     ("key", "rule", "status"),
     [
@@ -106,6 +117,25 @@ def test_what_was_lost_is_bounded_by_kind() -> None:
 
     assert check("changes.lost.uv_sets", {"max": 0}, reference).status == "fail"
     assert check("changes.lost.animations", {"max": 0}, reference).status == "pass"
+
+
+def test_what_was_lost_is_named() -> None:
+    words = check("changes.lost.animations", {"max": 0}, with_animations("wave")).words
+
+    assert words == "changes.lost.animations 1, allowed 0: animation 'wave' is missing"
+
+
+def test_of_much_that_was_lost_the_first_is_named_and_the_rest_is_counted() -> None:
+    words = check("changes.lost.animations", {"max": 0}, with_animations(*"abcdefg")).words
+
+    assert words.startswith("changes.lost.animations 7, allowed 0: animation 'a' is missing; ")
+    assert words.endswith("; animation 'e' is missing; and 2 more")
+
+
+def test_what_is_within_its_bound_is_not_named() -> None:
+    words = check("changes.lost.animations", {"max": 1}, with_animations("wave")).words
+
+    assert words == "changes.lost.animations 1, allowed 1"
 
 
 def test_an_asset_without_a_side_is_the_refined_one_where_there_is_one() -> None:

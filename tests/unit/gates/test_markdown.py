@@ -74,6 +74,15 @@ def test_a_row_says_what_failed_and_by_how_much() -> None:
     assert row == ["❌ FAILED", "far.obj", "1 of 2", "emd is 1.5", "200 %"]
 
 
+@pytest.mark.parametrize(
+    ("value", "over"), [(0.505, "1 %"), (0.9, "80 %"), (5.7, "1,040 %"), (1e12, "2e+14 %")]
+)
+def test_an_excess_is_written_with_its_digits(value: float, over: str) -> None:
+    [row] = rows(to_markdown(GateRun.of([asset("far.obj", far("emd", value, 0.5))])))
+
+    assert row[-1] == over
+
+
 def test_what_a_report_warns_of_stands_below() -> None:
     text = to_markdown(GateRun.of([warned("turned.obj", OPPOSED)])).decode()
 
