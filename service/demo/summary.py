@@ -8,7 +8,8 @@ from typing import Any
 
 _ROUNDING = 1e-12  # of distances that are zero
 _OUTCOMES = {
-    "improved": "the refined surface lies {times:.0f} times closer to the reference than the input",
+    "improved": "on average the refined surface lies {times} times closer to the reference than "
+    "the input",
     "indistinguishable": "input and refined mesh are equally close, as far as samples can tell",
     "unchanged": "no vertex moved",
     "kept": "every answer found was worse somewhere, so the input is returned",
@@ -79,4 +80,6 @@ def _in_words(report: Mapping[str, Any]) -> str:
     before, after = (
         report["quality"][name]["point_to_surface"]["mean"] for name in ("input", "refined")
     )
-    return _OUTCOMES[report["outcome"]].format(times=before / max(after, _ROUNDING))
+    times = before / max(after, _ROUNDING)
+    written = f"{times:,.0f}" if times >= 10 else f"{times:.3g}"
+    return _OUTCOMES[report["outcome"]].format(times=written)

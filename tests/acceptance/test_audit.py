@@ -43,7 +43,10 @@ def test_what_changed_against_a_reference_fails_its_gate(directory: Path) -> Non
 
     report = json.loads((directory / "out.json").read_text())
     assert finished.returncode == 1
-    assert "FAILED      changes.lost.animations 1, allowed 0" in finished.stdout.splitlines()
+    assert (
+        "FAILED      changes.lost.animations 1, allowed 0: animation 'swing' is missing"
+        in finished.stdout.splitlines()
+    )
     assert "ok          asset.budget.triangles 4, allowed 4" in finished.stdout.splitlines()
     assert (report["schema"], report["mode"]) == ("meshcone.report/2", "audit")
     assert report["gates"]["verdict"] == "fail"
@@ -66,5 +69,8 @@ def test_what_is_to_be_kept_is_named_with_commas(directory: Path) -> None:
 
     assert kept.returncode == 0
     assert lost.returncode == 1
-    assert "FAILED      changes.lost.animations 1, allowed 0" in lost.stdout.splitlines()
+    assert (
+        "FAILED      changes.lost.animations 1, allowed 0: animation 'swing' is missing"
+        in lost.stdout.splitlines()
+    )
     assert_refused(unknown, "unknown 'uvz'")

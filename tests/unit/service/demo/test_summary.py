@@ -121,3 +121,15 @@ def test_summary_of_a_kept_input_has_a_certificate_of_closeness_at_most() -> Non
 )
 def test_every_outcome_is_put_into_words(outcome: str, words: str) -> None:
     assert words in line_of("outcome", report(outcome))
+
+
+@pytest.mark.parametrize(
+    ("mean", "words"), [(0.0085, "1.18 times closer"), (1e-8, "1,000,000 times closer")]
+)
+def test_small_and_large_improvements_are_written_with_the_digits_they_need(
+    mean: float, words: str
+) -> None:
+    changed = report("improved")
+    changed["quality"]["refined"]["point_to_surface"]["mean"] = mean
+
+    assert words in line_of("outcome", changed)
