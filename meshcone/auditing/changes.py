@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from typing import TypeVar, get_args
 
+from meshcone.assets import Asset
 from meshcone.assets.content import Content
 from meshcone.auditing.contents import (
     Fact,
@@ -40,7 +41,7 @@ _SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "ex
 T = TypeVar("T")
 
 
-def changes_between(reference: Content, source: Content) -> Changes:
+def changes_between(reference: Asset, source: Asset) -> Changes:
     """Compare what two files hold."""
     kinds: tuple[ChangeKind, ...] = get_args(ChangeKind)
     counts: dict[ChangeKind, Counter[str]] = {kind: Counter() for kind in kinds}
@@ -53,12 +54,14 @@ def changes_between(reference: Content, source: Content) -> Changes:
     return Changes.model_validate({**found, "rows": rows})
 
 
-def _differences(reference: Content, source: Content) -> Iterator[Change]:
+def _differences(reference: Asset, source: Asset) -> Iterator[Change]:
+    old, new = reference.content(), source.content()
+
     def both(read: Callable[[Content], Mapping[str, T]]) -> tuple[Mapping[str, T], Mapping[str, T]]:
-        return read(reference), read(source)
+        return read(old), read(new)
 
     yield from _listed("scenes", *both(lambda content: named(content.scenes)))
-    old_nodes, new_nodes = both(nodes)
+    old_nodes, new_nodes = nodes(reference, old), nodes(source, new)
     yield from _listed("nodes", old_nodes, new_nodes)
     yield from _moves(old_nodes, new_nodes)
     yield from _described("meshes", *both(meshes))

@@ -11,10 +11,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets import Asset
 from meshcone.assets.content import Animation, Content, Material, TextureUse
 from meshcone.auditing.layout import Layout, layouts
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry
+# Of the diagonal of what a node draws: more than quantising to 12 bits moves any corner.
+_DRAWN_ALIKE = 5e-4
 _ROUNDING = 5  # decimals that exporters keep of a factor
 
 
@@ -40,14 +43,40 @@ class Fact:
 
 @dataclass(frozen=True)
 class Placed:
-    """Where a node is, relative to the one above it."""
+    """Where a node is, relative to the one above it.
+
+    Attributes:
+        matrix: (4, 4) from the node to its parent, column vectors.
+        box: (2, 3) least and largest coordinates of what it draws, in the world; None where it
+            draws nothing.
+    """
 
     matrix: NDArray[np.float64]
+    box: NDArray[np.float64] | None = None
 
     def is_at(self, other: Placed) -> bool:
-        """Whether both are at the same place, but for rounding."""
+        """Whether both are at the same place, but for rounding.
+
+        Quantised positions (KHR_mesh_quantization) are stored in units of their own, which the
+        node's matrix undoes: what is drawn has to be where it was, not the matrix.
+        """
         near = _PLACED_ALIKE * max(1.0, float(np.abs(self.matrix).max()))
-        return bool((np.abs(self.matrix - other.matrix) <= near).all())
+        if bool((np.abs(self.matrix - other.matrix) <= near).all()):
+            return True
+        return self._is_only_in_other_units(other) and self._draws_at(other)
+
+    def _is_only_in_other_units(self, other: Placed) -> bool:
+        axes, sizes = _axes_and_sizes(self.matrix)
+        other_axes, other_sizes = _axes_and_sizes(other.matrix)
+        if np.allclose(sizes, other_sizes, rtol=_PLACED_ALIKE, atol=0.0):
+            return False  # moved or turned, by however little
+        return bool((np.abs(axes - other_axes) <= _PLACED_ALIKE).all())
+
+    def _draws_at(self, other: Placed) -> bool:
+        if self.box is None or other.box is None:
+            return False
+        near = _DRAWN_ALIKE * float(np.linalg.norm(self.box[1] - self.box[0]))
+        return bool((np.abs(self.box - other.box) <= near).all())
 
     def words(self) -> str:
         """The place, and the scale along each axis."""
@@ -62,12 +91,39 @@ def named(names: Iterable[str]) -> dict[str, str]:
     return {key: key for key in _keys(list(names))}
 
 
-def nodes(content: Content) -> dict[str, Placed]:
+def nodes(asset: Asset, content: Content) -> dict[str, Placed]:
     """Nodes that a scene reaches, by their paths."""
     reached = [number for number, node in enumerate(content.nodes) if node.depth]
     keys = _keys([content.path(number) for number in reached])
-    places = (Placed(content.nodes[number].matrix) for number in reached)
+    boxes = _boxes(asset, content)
+    places = (Placed(content.nodes[number].matrix, boxes.get(number)) for number in reached)
     return dict(zip(keys, places, strict=True))
+
+
+def _boxes(asset: Asset, content: Content) -> dict[int, NDArray[np.float64]]:
+    """The (2, 3) box of what each node draws, in the world, by the node's index."""
+    nodes_of_rows = np.full(len(asset.triangles), -1)
+    for draw in content.draws:
+        if draw.node is not None:
+            nodes_of_rows[draw.rows] = draw.node
+    of_faces = nodes_of_rows[asset.kept]
+    order = np.argsort(of_faces, kind="stable")
+    order = order[of_faces[order] >= 0]
+    if not len(order):
+        return {}
+    numbers, starts = np.unique(of_faces[order], return_index=True)
+    corners = asset.vertices[asset.faces[order]]
+    least = np.minimum.reduceat(corners.min(axis=1), starts)
+    largest = np.maximum.reduceat(corners.max(axis=1), starts)
+    return dict(zip(numbers.tolist(), np.stack([least, largest], axis=1), strict=True))
+
+
+def _axes_and_sizes(
+    matrix: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The (3, 3) directions of a (4, 4) matrix's axes, as columns, and their (3,) lengths."""
+    sizes = np.linalg.norm(matrix[:3, :3], axis=0)
+    return matrix[:3, :3] / np.where(sizes > 0, sizes, 1.0), sizes
 
 
 def meshes(content: Content) -> dict[str, Fact]:

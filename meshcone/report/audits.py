@@ -79,5 +79,5 @@ def audited(
     if reference is None:
         return Findings(asset, None, told)
     told += asset_warnings("reference", reference.file.name, asset.reference)
-    changes = changes_between(reference.asset.content(), source.asset.content())
+    changes = changes_between(reference.asset, source.asset)
     return Findings(asset, changes, told)

@@ -7,10 +7,10 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
-from meshcone.assets import read_asset
-from meshcone.assets.content import Content
+from meshcone.assets import Asset, read_asset
 from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records.changes import ROWS_KEPT, Changes
 from tests.whole_asset import Document, png, whole
@@ -18,15 +18,15 @@ from tests.whole_asset import Document, png, whole
 Damage = Callable[[dict[str, Any]], object]
 
 
-def content_of(document: Document) -> Content:
-    return read_asset("a.gltf", document.to_bytes()).content()
+def asset_of(document: Document) -> Asset:
+    return read_asset("a.gltf", document.to_bytes())
 
 
 def after(damage: Damage) -> Changes:
     """What changed in a copy of the asset that was damaged."""
     copy = whole()
     damage(copy.json)
-    return changes_between(content_of(whole()), content_of(copy))
+    return changes_between(asset_of(whole()), asset_of(copy))
 
 
 def counted(changes: Changes) -> dict[str, int]:
@@ -127,7 +127,53 @@ def test_another_order_and_another_spelling_are_no_change() -> None:
     }
     document.json = spelled
 
-    assert counted(changes_between(content_of(whole()), content_of(document))) == {}
+    assert counted(changes_between(asset_of(whole()), asset_of(document))) == {}
+
+
+def quantised(document: Document) -> None:
+    """Store positions in 16 bits, as exporters do, and have the node's matrix undo it."""
+    node = document.json["nodes"][1]
+    for primitive, first in zip(document.json["meshes"][0]["primitives"], (0, 3), strict=True):
+        square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]) + np.array([first, 0, 0])
+        stored = np.rint(square / 5 * 65535).astype("<u2")
+        padded = np.column_stack([stored, np.zeros(4, dtype="<u2")])  # rows of 8 bytes
+        accessor = document.accessor(padded.astype("<u2"), type="VEC3", normalized=True)
+        document.json["bufferViews"][-1]["byteStride"] = 8
+        primitive["attributes"]["POSITION"] = accessor
+    node["scale"] = [5, 5, 5]
+    document.json["extensionsUsed"].append("KHR_mesh_quantization")
+    document.json["extensionsRequired"] = ["KHR_mesh_quantization"]
+
+
+def test_positions_in_other_units_are_no_move() -> None:
+    document = whole()
+    quantised(document)
+
+    assert counted(changes_between(asset_of(whole()), asset_of(document))) == {
+        "added.extensions": 1
+    }
+
+
+@pytest.mark.parametrize("placed", [{"scale": [1.01, 1.01, 1.01]}, {"translation": [0.01, 0, 0]}])
+def test_a_node_whose_surface_is_elsewhere_has_moved(placed: dict[str, list[float]]) -> None:
+    assert counted(after(lambda d: d["nodes"][1].update(placed))) == {"moved.nodes": 1}
+
+
+def test_a_node_has_moved_that_undoes_other_units_wrongly() -> None:
+    document = whole()
+    quantised(document)
+    document.json["nodes"][1]["scale"] = [5.1, 5, 5]
+
+    changes = changes_between(asset_of(whole()), asset_of(document))
+
+    assert changes.moved.nodes == 1
+
+
+def test_a_node_that_draws_nothing_has_moved_where_its_scale_is_another() -> None:
+    document = whole()
+    document.json["nodes"][2]["scale"] = [2, 2, 2]
+
+    assert counted(changes_between(asset_of(whole()), asset_of(document))) == {"moved.nodes": 1}
 
 
 def test_a_change_is_told_in_words_with_both_sides() -> None:
@@ -150,16 +196,14 @@ def test_two_things_of_one_name_are_two_things() -> None:
     document = whole()
     document.json["materials"].append({"name": "glass"})
 
-    assert counted(changes_between(content_of(whole()), content_of(document))) == {
-        "added.materials": 1
-    }
+    assert counted(changes_between(asset_of(whole()), asset_of(document))) == {"added.materials": 1}
 
 
 def test_more_changes_than_are_listed_are_counted() -> None:
     document = whole()
     document.json["cameras"] = [{"name": f"c{number}"} for number in range(ROWS_KEPT + 100)]
 
-    changes = changes_between(content_of(whole()), content_of(document))
+    changes = changes_between(asset_of(whole()), asset_of(document))
 
     assert changes.added.cameras == ROWS_KEPT + 100
     assert len(changes.rows) == ROWS_KEPT
