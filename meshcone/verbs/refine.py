@@ -74,7 +74,7 @@ def refine(
     """Refine ``source`` against ``reference``.
 
     Args:
-        source: the mesh to refine; OBJ, GLB or glTF.
+        source: the mesh to refine, in any format that is read (OBJ, GLB, glTF, PLY, STL, OFF).
         reference: the mesh it should have been; not changed.
         options: resolved options.
         progress: called between stages and rounds.

@@ -41,7 +41,7 @@ def recognise_foreign(suffix: str, data: bytes) -> ForeignFormat | None:
 
 
 def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) -> ForeignAsset:
-    """Read a reference.
+    """Read a PLY, STL or OFF file.
 
     Raises:
         InputError: the file is damaged or holds no surface, with the line or byte at fault.

@@ -134,7 +134,10 @@ class TextVectors(Vectors):
         for row, spans in enumerate(self._rows(text)):
             if row not in wanted:
                 continue
-            for (start, end), value, before in zip(spans, wanted[row], old[row], strict=False):
+            # A header may name the numbers of a vertex in any order, as z, y and x.
+            for (start, end), value, before in sorted(
+                zip(spans, wanted[row], old[row].tolist(), strict=False)
+            ):
                 if value != before:
                     pieces += [text[reached:start], number % value]
                     reached = end
@@ -154,12 +157,13 @@ class TextVectors(Vectors):
         return style.resolving(np.concatenate([old[np.isfinite(old).all(axis=1)], new]))
 
     def _rows(self, data: bytes) -> Iterator[Spans]:
-        """Where the three words of each row are; fewer, where a line lacks them."""
+        """Where the three words of each row are; none, where a line lacks one of them."""
         lines = islice(self._lines(data), self.skipped, None)
         for _, words in zip(range(self.count), lines, strict=False):
             while len(words) < self.words and (more := next(lines, None)):
                 words = words + more
-            yield [words[column] for column in self.columns if column < len(words)]
+            whole = max(self.columns) < len(words)
+            yield [words[column] for column in self.columns] if whole else []
 
     def _lines(self, data: bytes) -> Iterator[Spans]:
         for match in _LINE.finditer(data, self.start):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -164,3 +165,42 @@ def test_lists_before_the_vertices_are_in_the_way() -> None:
     asset = read_asset("mesh.ply", text.encode())
     with pytest.raises(InputError, match="can be a reference, not a source"):
         asset.ensure_writable()
+
+
+def reordered(names: list[str]) -> bytes:
+    """The ball as an ASCII PLY whose header names coordinates and normals in a certain order."""
+    header = ["ply", "format ascii 1.0", f"element vertex {len(BALL.vertices)}"]
+    header += [f"property double {name}" for name in names]
+    header += [f"element face {len(BALL.faces)}", "property list uchar int vertex_indices"]
+    rows = BALL.vertices[:, ["xyz".index(name[-1]) for name in names]]
+    lines = [" ".join(f"{value:.9g}" for value in row) for row in rows]
+    lines += [f"3 {a} {b} {c}" for a, b, c in BALL.faces]
+    return "\n".join([*header, "end_header", *lines, ""]).encode()
+
+
+@pytest.mark.parametrize("axes", ["".join(axes) for axes in permutations("xyz")])
+def test_coordinates_and_normals_of_a_text_may_stand_in_any_order(axes: str) -> None:
+    data = reordered([prefix + axis for axis in axes for prefix in ("", "n")])
+    asset = read_asset("mesh.ply", data)
+    target = asset.vertices * (1, 1.5, 3)
+
+    written = asset.patched(target)
+
+    mesh = trimesh.load_mesh(io.BytesIO(written), file_type="ply", process=False)
+    assert np.allclose(mesh.vertices, target[asset.weld], atol=1e-7)
+    normals = BALL.vertices / (1, 1.5, 3)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert np.einsum("ij,ij->i", mesh.vertex_normals, normals).min() > 0.9
+    words = [[len(line.split()) for line in text.splitlines()] for text in (written, data)]
+    assert words[0] == words[1]
+
+
+def test_a_normal_that_a_row_has_a_part_of_stays_as_it_is() -> None:
+    lines = reordered(["x", "y", "z", "nx", "ny", "nz"]).split(b"\n")
+    first = lines.index(b"end_header") + 1
+    lines[first] = b" ".join(lines[first].split()[:4])
+    asset = read_asset("mesh.ply", b"\n".join(lines))
+
+    written = asset.patched(asset.vertices * (1, 1.5, 3)).split(b"\n")[first]
+
+    assert written.split()[3:] == lines[first].split()[3:]
