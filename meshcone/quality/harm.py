@@ -23,9 +23,9 @@ _SEED = 2**31 + 11  # options allow seeds up to 2³¹ − 1: no caller's samples
 # Distances may grow by this share and this much of the radius: what samples cannot tell apart.
 _MEAN_SHARE, _P95_SHARE, _MAX_SHARE = 0.005, 0.02, 0.02
 _P95_ROUNDING, _MAX_ROUNDING = 1e-3, 1e-4
-# Defects of the mesh itself may grow by this many, or by this share of its faces; by more
-# only where the mean distance falls to a quarter.
-_FEWEST_DEFECTS = 4
+# Defects of the mesh itself may grow by this many, of a small mesh by fewer, or by this share
+# of its faces; by more only where the mean distance falls to a quarter.
+_FEWEST_DEFECTS, _FEW_SHARE = 4, 0.05
 _DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
 
 
@@ -78,7 +78,8 @@ class HarmCheck:
         ]
         much_closer = now.mean <= _MUCH_CLOSER * was.mean
         share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
-        return found or self._defects(mesh, max(_FEWEST_DEFECTS, int(share * len(mesh.faces))))
+        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(mesh.faces)))
+        return found or self._defects(mesh, max(few, int(share * len(mesh.faces))))
 
     def _defects(self, mesh: Mesh, allowed: int) -> list[str]:
         found = []

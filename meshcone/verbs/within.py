@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from meshcone.errors import InputError
+from meshcone.errors import InfeasibleError, InputError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateRule
 from meshcone.options import Options
@@ -104,13 +104,19 @@ def refine_within(
         progress: called between stages and rounds of each attempt.
 
     Raises:
-        InputError, LimitError, InfeasibleError, SolveTimeoutError: as a refinement.
+        InputError, LimitError, InfeasibleError, SolveTimeoutError: as a refinement, by the
+            first attempt.
     """
     best: Refinement | None = None
     attempts = 0
     for chosen in _attempts(tolerance.gated(options)):
         attempts += 1
-        found = refine(source, reference, chosen, progress)
+        try:
+            found = refine(source, reference, chosen, progress)
+        except (InfeasibleError, LimitError, SolveTimeoutError):
+            if best is None:
+                raise
+            break  # trying harder takes more than there is; what was found before stands
         if _is_within(found):
             return Promise(found, kept=True, attempts=attempts)
         if best is None or _farthest(found) < _farthest(best):

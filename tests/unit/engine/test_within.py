@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from meshcone.errors import InputError
+from meshcone.errors import InputError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.options import Options, parse_options
+from meshcone.progress import Progress
 from meshcone.verbs.within import Promise, Tolerance, refine_within
 from tests import shapes
 
@@ -46,6 +47,23 @@ def test_what_nothing_reaches_returns_the_closest() -> None:
     assert (found.kept, found.attempts) == (False, 3)
     assert found.refinement.report.gates is not None
     assert found.refinement.report.gates.verdict == "fail"
+
+
+def test_what_was_found_stands_where_there_is_no_time_to_try_harder() -> None:
+    written: list[Progress] = []
+
+    def out_of_time_at_the_second(progress: Progress) -> None:
+        if written:
+            raise SolveTimeoutError("the time is over")
+        if progress.stage == "quality":
+            written.append(progress)
+
+    found = refine_within(
+        SOURCE, REFERENCE, options(), Tolerance.parse("1e-9%"), out_of_time_at_the_second
+    )
+
+    assert (found.kept, found.attempts) == (False, 2)
+    assert found.refinement.report.outcome == "improved"
 
 
 def test_a_share_of_the_radius_is_a_relative_bound() -> None:
