@@ -37,11 +37,13 @@ class PoseReader:
     ) -> None:
         self._accessors = accessors
         self._limits = limits
-        self._worlds = worlds
+        self._worlds = dict(worlds)
         self._nodes = document.root.children("nodes")
         self._meshes = document.root.children("meshes")
         self._skins = document.root.children("skins")
         self._bones: dict[int, NDArray[np.float64]] = {}
+        self._bound = 0  # joints, or matrices for them
+        self._weights: dict[str, dict[int, float]] = {}
         self._above: dict[int, int] | None = None
         self._shifted = 0
 
@@ -50,7 +52,7 @@ class PoseReader:
         used: list[Accessor | None] = []
         if placement.skinned:
             used += (*primitive.joints, *primitive.weights)
-        if any(self._weights(placement)):
+        if self._weighted(placement, primitive):
             used += primitive.targets
         return tuple(-1 if each is None else each.index for each in used)
 
@@ -74,11 +76,8 @@ class PoseReader:
         return Pose(blended(bones, joints, np.where(usable, weights, 0.0)), shift)
 
     def _shift(self, placement: Placement, primitive: Primitive) -> NDArray[np.float64] | None:
-        weights = self._weights(placement)
         shift = None
-        for weight, target in zip(weights, primitive.targets, strict=False):
-            if weight == 0 or target is None:
-                continue
+        for weight, target in self._weighted(placement, primitive):
             self._shifted += target.count
             place = primitive.element.place("targets")
             count = self._shifted // _SHIFTS_PER_VERTEX
@@ -87,14 +86,29 @@ class PoseReader:
             shift = added if shift is None else shift + added
         return shift
 
-    def _weights(self, placement: Placement) -> list[float]:
-        """Of the morph targets: the node's, or else the mesh's."""
+    def _weighted(self, placement: Placement, primitive: Primitive) -> list[tuple[float, Accessor]]:
+        """The targets that add something, each with its weight; a weight of no target adds none."""
+        weights = self._default_weights(placement)
+        return [
+            (weights[number], target)
+            for number, target in enumerate(primitive.targets if weights else ())
+            if target is not None and number in weights
+        ]
+
+    def _default_weights(self, placement: Placement) -> dict[int, float]:
+        """Of the morph targets, those that are not zero: the node's, or else the mesh's."""
         for element in (self._nodes[placement.node], self._meshes[placement.mesh]):
             stated = element.value.get("weights")
             if stated is not None:
-                length = len(stated) if isinstance(stated, list) else 0
-                return element.numbers("weights", length) or []
-        return []
+                # Any number of primitives and nodes may share a list of any length.
+                if element.pointer not in self._weights:
+                    length = len(stated) if isinstance(stated, list) else 0
+                    found = enumerate(element.numbers("weights", length) or [])
+                    self._weights[element.pointer] = {
+                        number: weight for number, weight in found if weight != 0
+                    }
+                return self._weights[element.pointer]
+        return {}
 
     def _values(self, accessor: Accessor) -> NDArray[np.float64]:
         return decode(self._accessors.read(accessor), accessor.normalized)
@@ -117,9 +131,13 @@ class PoseReader:
     def _inverse_binds(self, skin: Element, joints: int) -> NDArray[np.float64]:
         count = len(self._accessors.elements)
         index = skin.reference("inverseBindMatrices", count, "accessor")
-        if index is None:
+        accessor = None if index is None else self._accessors.describe(index)
+        # Summed, since any number of skins may have the same joints and read the same matrices.
+        self._bound += joints if accessor is None else max(joints, accessor.count)
+        what = "joints of skins, or matrices to bind them"
+        self._limits.check("vertices", self._bound, what, skin.pointer)
+        if accessor is None:
             return np.broadcast_to(np.eye(4), (joints, 4, 4))
-        accessor = self._accessors.describe(index)
         if accessor.kind != "MAT4" or accessor.component.kind != "f" or accessor.count < joints:
             raise skin.error(
                 "inverseBindMatrices",
@@ -133,16 +151,17 @@ class PoseReader:
 
     def _world(self, node: int) -> NDArray[np.float64]:
         """Of a joint, which may be in no scene at all."""
-        matrix = np.eye(4)
-        depth = 0
+        above: list[int] = []
         here: int | None = node
-        while here is not None:
-            if here in self._worlds:
-                return self._worlds[here] @ matrix
-            matrix = local_matrix(self._nodes[here]) @ matrix
-            depth += 1
-            self._limits.check("node_depth", depth, "levels of nodes", self._nodes[here].pointer)
+        while here is not None and here not in self._worlds:
+            above.append(here)
+            place = self._nodes[here].pointer
+            self._limits.check("node_depth", len(above), "levels of nodes", place)
             here = self._parents().get(here)
+        matrix = np.eye(4) if here is None else self._worlds[here]
+        for each in reversed(above):
+            matrix = matrix @ local_matrix(self._nodes[each])
+            self._worlds[each] = matrix
         return matrix
 
     def _parents(self) -> dict[int, int]:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from meshcone.assets import Asset, WritePolicy, read_asset
+from meshcone.assets import Asset, Limits, WritePolicy, read_asset
+from meshcone.assets.gltf import skins
+from meshcone.assets.gltf.element import Element
 from meshcone.assets.policy import PosePolicy
-from meshcone.errors import InputError
+from meshcone.errors import InputError, LimitError
 from tests.unit.assets.builders import Gltf, chunks, cube_gltf, split_cube, stored
 
 RANDOM = np.random.default_rng(11)
@@ -186,3 +188,83 @@ def test_targets_without_weight_add_nothing() -> None:
     gltf, _ = morphed([0.0, 0.0])
     assert np.array_equal(read(gltf).positions, read(cube_gltf(scale=[2, 1, 1])).positions)
     assert read(gltf).warnings == ()
+
+
+def test_weights_of_no_target_add_nothing() -> None:
+    gltf, added = morphed([0.25, -0.5, 7.0])
+    expected = (split_cube()[0] + 0.25 * added[0] - 0.5 * added[1]) * (2, 1, 1)
+    assert np.allclose(read(gltf).positions, expected, atol=1e-6)
+    gltf.json["meshes"][0]["weights"] = [0.25]
+    expected = (split_cube()[0] + 0.25 * added[0]) * (2, 1, 1)
+    assert np.allclose(read(gltf).positions, expected, atol=1e-6)
+
+
+def test_weights_are_read_once_for_all_primitives_and_nodes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gltf, _ = morphed([0.25, -0.5])
+    mesh = gltf.json["meshes"][0]
+    mesh["primitives"] *= 5
+    gltf.node(mesh=0, translation=[9, 0, 0])
+    read_lists: list[str] = []
+    numbers = Element.numbers
+
+    def counted(element: Element, key: str, length: int) -> list[float] | None:
+        read_lists.append(key)
+        return numbers(element, key, length)
+
+    monkeypatch.setattr(Element, "numbers", counted)
+    assert len(read(gltf).faces) == 12 * 5 * 2
+    assert read_lists.count("weights") == 1
+
+
+def outside(levels: int) -> Gltf:
+    """The skinned cube, its joints below a chain of nodes that is in no scene."""
+    gltf = skinned()
+    gltf.json["scenes"][0]["nodes"] = [0]
+    first = len(gltf.json["nodes"])
+    for number in range(levels):
+        below = first + number + 1 if number < levels - 1 else 1
+        gltf.node(root=False, children=[below])
+    return gltf
+
+
+def test_joints_outside_of_the_scene_share_what_is_above_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gltf = outside(levels=50)
+    gltf.json["skins"][0]["joints"] = [2, 3] * 20
+    gltf.json["skins"][0]["inverseBindMatrices"] = matrices(gltf, np.tile(BINDS, (20, 1, 1)))
+    composed: list[str] = []
+    local_matrix = skins.local_matrix
+
+    def counted(node: Element) -> NDArray[np.float64]:
+        composed.append(node.pointer)
+        return local_matrix(node)
+
+    monkeypatch.setattr(skins, "local_matrix", counted)
+    assert np.allclose(read(gltf).positions, shown_at_rest(gltf), atol=1e-7)
+    assert len(composed) == len(set(composed)) == 53
+
+
+@pytest.mark.parametrize("cycle", [False, True])
+def test_joints_below_too_many_nodes_are_refused(cycle: bool) -> None:
+    gltf = outside(levels=300)
+    if cycle:
+        gltf.json["nodes"][3]["children"] = [4]
+    with pytest.raises(LimitError, match="257 levels of nodes"):
+        read(gltf)
+
+
+@pytest.mark.parametrize("binds", ["matrices", "identities"])
+def test_joints_of_all_skins_count_together(binds: str) -> None:
+    gltf = skinned()
+    skin: dict[str, Any] = {"joints": [2, 3] * 400}
+    if binds == "matrices":
+        skin["inverseBindMatrices"] = matrices(gltf, np.tile(BINDS, (400, 1, 1)))
+    gltf.json["skins"] = [skin, skin]
+    gltf.node(mesh=0, skin=1)
+    with pytest.raises(LimitError, match="1,600 joints of skins, or matrices") as caught:
+        read_asset("mesh.glb", gltf.glb(), limits=Limits(vertices=1_599))
+    assert caught.value.place == "/skins/1"
+    assert read_asset("mesh.glb", gltf.glb(), limits=Limits(vertices=1_600)).counts().faces == 24
