@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,7 +20,8 @@ from meshcone.assets.pictures import (
 from meshcone.auditing.records.textures import ImageRecord, Textures
 from meshcone.auditing.subject import Subject
 
-_COLOR_SLOTS = ("base_color", "emissive", "diffuse", "specularColor", "sheenColor")
+_BASE_COLOR, _NORMAL = "base_color", "normal"
+_COLOR_SLOTS = (_BASE_COLOR, "emissive", "diffuse", "specularColor", "sheenColor")
 _LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709, of values as encoded, as artists read them
 _OPAQUE = 255
 _ROWS = 256  # of an image, whose luminance is computed at once
@@ -37,6 +38,7 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         _record(picture, uses.get(number, ()), look)
         for number, (picture, look) in enumerate(zip(pictures, looks, strict=True))
     )
+    base_colors = [each for each in records if _BASE_COLOR in each.used_as]
     sized = [each for each in records if each.width is not None and each.height is not None]
     widths = [each.width or 0 for each in sized]
     heights = [each.height or 0 for each in sized]
@@ -55,13 +57,13 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         smallest_height=min(heights, default=0),
         duplicates=sum(len(group) - 1 for group in grouped_by_content(pictures)),
         unused=sum(not each.used_as for each in records),
-        wrong_color_space=sum(
+        wrong_color_space=_count(
             _has_wrong_color_space(record.used_as, look)
             for record, look in zip(records, looks, strict=True)
         ),
-        base_color_luminance_min=_least(each.luminance_p1 for each in records),
-        base_color_luminance_max=_greatest(each.luminance_p99 for each in records),
-        unused_alpha=sum(map(_wastes_alpha, _owners(subject.content), looks)),
+        base_color_luminance_min=_least(each.luminance_p1 for each in base_colors),
+        base_color_luminance_max=_greatest(each.luminance_p99 for each in base_colors),
+        unused_alpha=_count(map(_wastes_alpha, _owners(subject.content), looks)),
         images=records,
     )
 
@@ -109,16 +111,20 @@ def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> 
         return _Look(tested=False)
     return _Look(
         alpha_used=bool((pixels[..., 3] < _OPAQUE).any()),
-        luminance=_luminance(pixels) if "base_color" in slots else None,
+        luminance=_luminance(pixels) if _BASE_COLOR in slots else None,
         holds_normals=bool(pixels[..., 2].mean() / _OPAQUE > _LEAST_OF_NORMALS)
-        if "normal" in slots
+        if _NORMAL in slots
         else None,
     )
 
 
-def _has_wrong_color_space(slots: tuple[str, ...], look: _Look) -> bool:
+def _has_wrong_color_space(slots: tuple[str, ...], look: _Look) -> bool | None:
     as_color = {slot.startswith(_COLOR_SLOTS) for slot in slots}
-    return len(as_color) > 1 or look.holds_normals is False
+    if len(as_color) > 1:
+        return True
+    if _NORMAL not in slots:
+        return False
+    return None if look.holds_normals is None else not look.holds_normals
 
 
 def _uses(content: Content) -> Mapping[int, tuple[str, ...]]:
@@ -134,14 +140,14 @@ def _owners(content: Content) -> Iterator[set[str]]:
     """The alpha modes of the materials each image is the base colour of."""
     modes: list[set[str]] = [set() for _ in content.images]
     for material in content.materials:
-        use = material.texture("base_color")
+        use = material.texture(_BASE_COLOR)
         if use is not None and use.image is not None:
             modes[use.image].add(material.alpha_mode)
     return iter(modes)
 
 
-def _wastes_alpha(modes: set[str], look: _Look) -> bool:
-    return look.alpha_used is True and modes == {"OPAQUE"}
+def _wastes_alpha(modes: set[str], look: _Look) -> bool | None:
+    return look.alpha_used if modes == {"OPAQUE"} else False
 
 
 def _luminance(pixels: NDArray[np.uint8]) -> tuple[float, float, float]:
@@ -184,9 +190,24 @@ def _is_power(number: int) -> bool:
     return number > 0 and number & (number - 1) == 0
 
 
-def _least(values: Iterator[float | None]) -> float | None:
-    return min((value for value in values if value is not None), default=None)
+# An image whose pixels are not known could be the one that matters.
 
 
-def _greatest(values: Iterator[float | None]) -> float | None:
-    return max((value for value in values if value is not None), default=None)
+def _count(verdicts: Iterable[bool | None]) -> int | None:
+    found = list(verdicts)
+    return None if None in found else sum(map(bool, found))
+
+
+def _least(values: Iterable[float | None]) -> float | None:
+    return min(_all_known(values), default=None)
+
+
+def _greatest(values: Iterable[float | None]) -> float | None:
+    return max(_all_known(values), default=None)
+
+
+def _all_known(values: Iterable[float | None]) -> list[float]:
+    """The values; none of them where one is not known."""
+    found = list(values)
+    known = [value for value in found if value is not None]
+    return known if len(known) == len(found) else []

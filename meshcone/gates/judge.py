@@ -23,6 +23,7 @@ SameReport = TypeVar("SameReport", Report, MeasureReport, AuditReport)
 # Below this, relative to the radius, a distance is the rounding of the files' own numbers.
 ROUNDING = 1e-9
 _DEVIATION = "point_to_surface"
+_PROVEN = "deviation"
 _SHOWN = 5  # words of a list
 
 
@@ -37,7 +38,7 @@ def judge(report: AnyReport, gates: GateTable) -> GateVerdict:
 
     A value the report leaves open is ``not_tested``, which is no pass. A bound itself is
     allowed. What is smaller than rounding counts as 0, so that a multiple of a floor of 0
-    allows 0 and nothing else.
+    allows 0 and nothing else; the ends of a proven interval are compared as they are.
 
     Args:
         report: of a refinement or a measurement.
@@ -148,21 +149,25 @@ class _Comparison:
             value, limit = value * self._radius, self.allowed
         else:
             limit = self.allowed if base is None else self.allowed * base
-        within = _at_most(value, limit) if self._is_upper else _at_most(limit, value)
+        least, most = (value, limit) if self._is_upper else (limit, value)
+        within = least <= most or max(abs(value), abs(limit)) <= self._rounding
         words = "".join(self._words(value, limit, base, within=within))
         position = None if within else self._worst_position()
         return _Finding(value, limit, "pass" if within else "fail", words, position)
 
     def with_interval(self, found: DistanceInterval | ShareInterval) -> _Finding:
-        """Decide by the end that proves it; between the ends nothing is decided."""
+        """Decide by the end that proves it; between the ends nothing is decided.
+
+        Rounding is not forgiven: the ends already hold in spite of it.
+        """
         lower, upper = found.lower, found.upper
         at = found.at if isinstance(found, DistanceInterval) else None
         if self.bound.endswith("_model") and isinstance(found, DistanceInterval):
             lower, upper = found.lower_model, found.upper_model
         if self._is_upper:
-            within, beyond = _at_most(upper, self.allowed), not _at_most(lower, self.allowed)
+            within, beyond = upper <= self.allowed, lower > self.allowed
         else:
-            within, beyond = _at_most(self.allowed, lower), not _at_most(self.allowed, upper)
+            within, beyond = lower >= self.allowed, upper < self.allowed
         value = upper if within == self._is_upper else lower
         status: Status = "pass" if within else "fail" if beyond else "not_tested"
         words = f"{name_of(self.key)} "
@@ -187,6 +192,14 @@ class _Comparison:
         """Of the reference; asked for where a value is a distance, which no audit has."""
         assert not isinstance(self.report, AuditReport)  # noqa: S101
         return self.report.frame.radius
+
+    @property
+    def _rounding(self) -> float:
+        """What counts as 0, in the unit of the comparison; nothing where ends are proven."""
+        if self.key.partition(".")[0] == _PROVEN:
+            return 0.0
+        in_model_units = self.bound.endswith("_model") and is_distance(self.key)
+        return ROUNDING * self._radius if in_model_units else ROUNDING
 
     @property
     def _is_upper(self) -> bool:
@@ -253,7 +266,3 @@ class _Comparison:
         worst = self.report.quality.worst_points
         is_deviation = self.key.partition(".")[0] == _DEVIATION
         return worst[0].position if is_deviation and worst else None
-
-
-def _at_most(value: float, limit: float) -> bool:
-    return value <= limit or (abs(value) <= ROUNDING and abs(limit) <= ROUNDING)

@@ -49,17 +49,20 @@ class Textures(Section):
     smallest_height: int
     duplicates: int = Field(description="images with the bytes of an earlier one")
     unused: int = Field(description="images that no material uses")
-    wrong_color_space: int = Field(
+    wrong_color_space: int | None = Field(
         description="images bound both as colour and as data, or as a normal map that no normals "
-        "are in"
+        "are in; null where a normal map was not decoded"
     )
     base_color_luminance_min: float | None = Field(
-        description="least 1st percentile of the luminance of a base colour, 0 to 255"
+        description="least 1st percentile of the luminance of a base colour, 0 to 255; null "
+        "where one was not decoded, and without any"
     )
     base_color_luminance_max: float | None = Field(
-        description="greatest 99th percentile of the luminance of a base colour, 0 to 255"
+        description="greatest 99th percentile of the luminance of a base colour, 0 to 255; null "
+        "where one was not decoded, and without any"
     )
-    unused_alpha: int = Field(
-        description="base colours with transparent texels in materials that are all opaque"
+    unused_alpha: int | None = Field(
+        description="base colours with transparent texels in materials that are all opaque; null "
+        "where one of such a material was not decoded"
     )
     images: tuple[ImageRecord, ...]

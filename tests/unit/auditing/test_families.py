@@ -260,6 +260,51 @@ def test_alpha_that_an_opaque_material_ignores_is_told() -> None:
     assert audit(document).textures.unused_alpha == 1
 
 
+def two_squares_of(first: bytes, second: bytes, **material: Any) -> Document:
+    """A square with two materials, each of which has a base colour of its own."""
+    document = one_square()
+    document.json["images"] = [{"bufferView": document.view(data)} for data in (first, second)]
+    document.json["textures"] = [{"source": 0}, {"source": 1}]
+    document.json["materials"] = [
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": number}}, **material}
+        for number in (0, 1)
+    ]
+    return document
+
+
+def test_the_darkest_base_colour_is_open_where_one_of_them_cannot_be_decoded() -> None:
+    black, grey = png((0, 0, 0), 64, 64), png((90, 90, 90))
+
+    both = audit(two_squares_of(grey, black)).textures
+    cut = audit(two_squares_of(grey, black[:-30])).textures
+
+    assert (both.base_color_luminance_min, both.base_color_luminance_max) == (0, 90)
+    assert cut.images[0].luminance_p1 == 90
+    assert (cut.base_color_luminance_min, cut.base_color_luminance_max) == (None, None)
+
+
+def test_an_image_for_something_else_does_not_keep_luminance_open() -> None:
+    document = two_squares_of(png((90, 90, 90)), b"no picture at all")
+    document.json["materials"][1] = {"occlusionTexture": {"index": 1}}
+
+    assert audit(document).textures.base_color_luminance_min == 90
+
+
+def test_alpha_that_may_be_ignored_is_open_where_an_image_cannot_be_decoded() -> None:
+    whole_one, cut = png((1, 2, 3)), png((1, 2, 3, 9), 64, 64)[:-30]
+
+    assert audit(two_squares_of(whole_one, cut)).textures.unused_alpha is None
+    assert audit(two_squares_of(whole_one, cut, alphaMode="BLEND")).textures.unused_alpha == 0
+
+
+def test_a_normal_map_that_cannot_be_decoded_may_hold_anything() -> None:
+    document = two_squares_of(png((90, 90, 90)), png((9, 9, 9), 64, 64)[:-30])
+    assert audit(document).textures.wrong_color_space == 0
+
+    document.json["materials"][1] = {"normalTexture": {"index": 1}}
+    assert audit(document).textures.wrong_color_space is None
+
+
 def test_materials_are_listed_with_what_is_wrong() -> None:
     document = whole()
     document.json["materials"] += [{"name": "twin"}, {"name": "twin"}]

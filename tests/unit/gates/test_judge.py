@@ -117,6 +117,15 @@ def test_a_multiple_of_a_floor_of_rounding_allows_rounding() -> None:
     assert check(other, "point_to_surface.mean", max_ratio_to_floor=100).status == "fail"
 
 
+def test_rounding_in_model_units_is_relative_to_the_radius(report: MeasureReport) -> None:
+    radius = 1e-9
+    tiny = report.model_copy(update={"frame": report.frame.model_copy(update={"radius": radius})})
+    distance = report.quality.input.point_to_surface.max * radius
+
+    assert check(tiny, "point_to_surface.max", max_model=distance / 2, unit="m").status == "fail"
+    assert check(tiny, "point_to_surface.max", max_model=distance, unit="m").status == "pass"
+
+
 def test_a_refined_mesh_is_judged_and_not_its_input(refinement: Report) -> None:
     found = check(refinement, "point_to_surface.mean", max_ratio_to_input=0.9)
     after, before = refinement.quality.refined, refinement.quality.input

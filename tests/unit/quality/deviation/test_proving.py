@@ -163,6 +163,18 @@ def test_what_cannot_be_decided_is_not_tested() -> None:
     assert "not decided within `deviation.pieces`" in only_check(report).words
 
 
+@pytest.mark.parametrize("bound", ["max", "max_model"])
+@pytest.mark.parametrize(
+    ("name", "status"), [("deviation.max", "not_tested"), ("deviation.max.upper", "fail")]
+)
+def test_nothing_proven_is_forgiven_as_rounding(name: str, status: str, bound: str) -> None:
+    gates: dict[str, object] = {name: {bound: 1e-12}}
+    report = measured(spiked(5e-10 * RADIUS)[0], gates)
+    assert report.deviation is not None
+    assert report.deviation.max.lower < 1e-12 < report.deviation.max.upper < 1e-9
+    assert only_check(report).status == status
+
+
 def test_a_gate_on_one_end_has_the_interval_as_narrow_as_asked() -> None:
     report = measured(spiked(0.1)[0], {"deviation.max.upper": {"max": 0.06}})
     assert report.deviation is not None
