@@ -216,6 +216,21 @@ class Pair:
             return transform_points(matrix, positions), seam * scale_of(matrix)
         return positions, seam
 
+    def opened(self, written: Asset) -> float:
+        """Measure how far a patched copy opens triangles that are no face of the source.
+
+        Such a triangle has two corners at one place. It has no area as long as two still are.
+
+        Returns:
+            The largest of these triangles' shortest sides, in model units.
+        """
+        asset = self.source_asset
+        left_out = np.delete(asset.triangles, asset.kept, axis=0)
+        corners = written.positions[left_out]
+        sides = row_lengths((corners - np.roll(corners, 1, axis=1)).reshape(-1, 3))
+        widest = float(sides.reshape(-1, 3).min(axis=1).max(initial=0.0))
+        return widest if self.alignment is None else widest * scale_of(self.alignment.matrix)
+
 
 def read_pair(source: MeshFile, reference: MeshFile, pose: PosePolicy = "rest") -> Pair:
     """Read both files.

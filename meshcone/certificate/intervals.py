@@ -8,6 +8,7 @@ import numpy as np
 
 from meshcone.certificate.checks import Check
 from meshcone.certificate.rewriting import require_same_structure
+from meshcone.errors import InputError
 from meshcone.pair import Pair
 from meshcone.quality.deviation.records import Deviation, ProvenInterval
 from meshcone.report.report import Report
@@ -19,6 +20,9 @@ from meshcone.surface.arrays import Floats
 _ROUNDING = 1e-9
 # How near to a surface a point has to be that is said to be on it, as a share of the radius.
 _ON_SURFACE = 1e-6
+# How wide a triangle may be that is left out for having no area, as a share of the radius: the
+# halves of a seam may be rounded apart, and `written` allows no more than this either.
+_NO_AREA = 5e-4
 
 
 @dataclass(frozen=True)
@@ -53,14 +57,25 @@ class WrittenSurface:
         """Read a refined file.
 
         Raises:
-            InputError, LimitError: it cannot be read, or is of another mesh than the source.
+            InputError, LimitError: it cannot be read, is of another mesh than the source, or
+                opens a triangle that is no face of the source.
         """
         written = pair.read_patched(refined)
         require_same_structure(pair, written)
         positions, seam = pair.written_in_model_units(written)
+        _require_shut(pair.opened(written), min(2 * seam, _NO_AREA * pair.frame.radius))
         reference = pair.reference_asset
         return WrittenSurface(
             pair.source.moved_to(positions), seam, Mesh(reference.vertices, reference.faces)
+        )
+
+
+def _require_shut(opened: float, allowed: float) -> None:
+    if not opened <= allowed:
+        raise InputError(
+            f"the refined file opens a triangle that is without area in the source: two of its "
+            f"corners are at one place there, here no two are nearer than {opened:.3g}, "
+            f"{allowed:.3g} are allowed. Nothing bounds such a triangle"
         )
 
 

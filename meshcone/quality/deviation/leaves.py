@@ -95,9 +95,9 @@ class Leaves:
         if not len(self.edge) == len(self.at) == cuts:
             raise InputError("the record of leaves has cuts that are not whole")
         if cuts and not (
-            (np.diff(self.cut) > 0).all()
-            and self.cut[0] >= 0
+            (self.cut >= 0).all()  # first of all: the difference of others may wrap around
             and (self.cut < faces + 2 * np.arange(cuts)).all()
+            and (np.diff(self.cut) > 0).all()
             and ((self.edge >= 0) & (self.edge <= 2)).all()
             and ((self.at >= 0) & (self.at <= 1)).all()
         ):

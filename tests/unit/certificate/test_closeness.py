@@ -236,6 +236,55 @@ def test_a_seam_that_has_been_opened_counts() -> None:
     assert bound(check(opened)) >= bound(check(evidence)) + 0.49
 
 
+# Three vertices at one place that only a face without area uses, and what a forger does to them.
+OPENED = {
+    "a face of its own": ("f 67 68 69", {67: (50, 0, 0), 68: (0, 50, 0), 69: (0, 0, 50)}),
+    "a face at two places": ("f 67 68 1", {67: (50, 0, 0), 68: (0, 50, 0)}),
+    "a sliver": ("f 67 68 1", {67: (50, 0, 0), 68: (50, 0.01, 0)}),
+    "a sliver between live corners": ("f 1 70 40", {70: (0.01, 0, 0)}),
+}
+
+
+@pytest.mark.parametrize("name", OPENED)
+def test_a_face_without_area_that_is_opened_is_refused(name: str) -> None:
+    face, moves = OPENED[name]
+    evidence = Evidence.of(with_a_collapsed_face(face), smooth(), FAST)
+    assert check(evidence).ok
+
+    opened = replace(evidence, refined=moved(evidence.refined, moves)).with_forged_hashes()
+
+    found = check(opened)
+    assert not found.ok
+    assert found.words.startswith("the refined file opens a triangle that is without area")
+
+
+def test_a_face_without_area_may_be_elsewhere() -> None:
+    evidence = Evidence.of(with_a_collapsed_face("f 67 68 1"), smooth(), FAST)
+    moves = {67: (1.0, 2.0, 3.0), 68: (1.0, 2.0, 3.0)}
+    elsewhere = replace(evidence, refined=moved(evidence.refined, moves)).with_forged_hashes()
+
+    assert check(elsewhere).words == check(evidence).words
+
+
+def with_a_collapsed_face(face: str) -> MeshFile:
+    """Add vertices 67 to 69 at one place, 70 where the first is and used as it is, and a face."""
+    lines = rough().data.decode().splitlines()
+    apart = ["v 3 3 3"] * 3
+    used = next(line for line in lines if line.startswith("f ") and "1" in line.split())
+    again = " ".join("70" if corner == "1" else corner for corner in used.split())
+    faces = [again if line is used else line for line in lines[66:]]
+    return MeshFile("rough.obj", "\n".join([*lines[:66], *apart, lines[0], *faces, face]).encode())
+
+
+def moved(refined: MeshFile, moves: dict[int, tuple[float, float, float]]) -> MeshFile:
+    """Move vertices of an OBJ, counted from 1."""
+    lines = refined.data.decode().splitlines()
+    for vertex, by in moves.items():
+        place = (float(x) + d for x, d in zip(lines[vertex - 1].split()[1:], by, strict=True))
+        lines[vertex - 1] = "v " + " ".join(f"{x:.9g}" for x in place)
+    return MeshFile(refined.name, "\n".join(lines).encode())
+
+
 def bound(found: Check) -> float:
     return float(found.words.split("within ")[1].split()[0])
 

@@ -140,6 +140,8 @@ def test_halves_tile_what_was_cut() -> None:
         ({"cut": [1, 0]}, "do not tile"),
         ({"cut": [0, 9]}, "do not tile"),
         ({"cut": [-1, 0]}, "do not tile"),
+        ({"cut": [1, -(2**63) + 1]}, "do not tile"),
+        ({"cut": [-(2**63), 2**63 - 1]}, "do not tile"),
         ({"edge": [0, 3]}, "do not tile"),
         ({"edge": [0]}, "not whole"),
         ({"at": [0.5, 1.5]}, "do not tile"),
@@ -153,6 +155,7 @@ def test_halves_tile_what_was_cut() -> None:
         ({"weights": [WEIGHT_PARTS] * 3 + [0]}, "add up to 1"),
         ({"weights": [WEIGHT_PARTS] * 3 + [-1]}, "between 0 and 1"),
         ({"weights": [WEIGHT_PARTS] * 3 + [2 * WEIGHT_PARTS]}, "between 0 and 1"),
+        ({"weights": [WEIGHT_PARTS] * 3 + [2**62]}, "between 0 and 1"),
     ],
 )
 def test_a_record_that_is_not_one_is_refused(change: dict[str, list[float]], words: str) -> None:
