@@ -12,6 +12,7 @@ from meshcone.assets.policy import PosePolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
+from meshcone.gates.units import unit_of
 from meshcone.notices import Code, Notice, Side, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.parts import Partition
@@ -93,7 +94,7 @@ class Pair:
     def unit(self, gates: GateTable) -> str:
         """Name the unit of the reference: as the gates call it, metres for glTF, or "units"."""
         named = next((rule.unit for rule in gates.values() if rule.unit), None)
-        return named or ("m" if self.reference_asset.format in ("glb", "gltf") else "units")
+        return named or unit_of(self.reference_asset.format)
 
     def alignment_record(self) -> AlignmentRecord | None:
         """Describe the alignment for a report."""

@@ -12,7 +12,7 @@ from meshcone.gates.keep import keep_gates
 from meshcone.gates.paths import Found, Value, find, in_reference, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
-from meshcone.gates.units import is_distance
+from meshcone.gates.units import is_distance, unit_of
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
 from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
@@ -252,7 +252,8 @@ class _Comparison:
         return whose[self.bound.rpartition("_")[2]]
 
     def _with_unit(self, value: float, beside: float) -> str:
-        unit = self.rule.unit or "units"
+        sides = self.report.inputs
+        unit = self.rule.unit or unit_of((sides.reference or sides.source).format)
         if self.bound.endswith("_model"):
             return f"{number(value, beside)} {unit}"
         if self.bound in ("max", "min") and is_distance(self.key):

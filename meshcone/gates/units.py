@@ -21,6 +21,11 @@ _SIZES = frozenset({"size.width", "size.height", "size.depth", "size.diagonal"})
 _DIRECTED = frozenset({"mean", "rms", "p5", "p95", "max", "upper"})
 
 
+def unit_of(file_format: str) -> str:
+    """What messages call the unit of a file: metres in a glTF (glTF 2.0, section 3.4)."""
+    return "m" if file_format in ("glb", "gltf") else "units"
+
+
 def is_distance(key: str) -> bool:
     """Whether the value a gate names is a distance, relative to the radius."""
     if key.startswith("quality.directions."):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from meshcone.errors import InfeasibleError, InputError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
@@ -15,6 +16,8 @@ from meshcone.verbs.refine import Refinement, refine
 
 _GATE = "deviation.max"
 _TOLERANCE = re.compile(r"(?P<number>\d*\.?\d+(?:[eE][+-]?\d+)?) ?(?P<unit>%|[A-Za-z]{0,20})")
+# Of a glTF, whose distances are metres (glTF 2.0, section 3.4).
+_METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
 # Rounds with ever less fairness, after those that were asked for: they trade a smooth surface
 # for a close one. The second time each vertex moves more freely besides.
 _MORE_ROUNDS = (0.01, 0.003, 0.001)
@@ -37,7 +40,7 @@ class Tolerance:
 
     @staticmethod
     def parse(text: str) -> Tolerance:
-        """Read ``0.5``, ``0.5mm`` (in the unit of the files) or ``0.2%`` (of the radius).
+        """Read ``0.5``, ``0.5mm`` (named as the files' unit) or ``0.2%`` (of the radius).
 
         Raises:
             InputError: it is none of these, or not positive.
@@ -52,6 +55,22 @@ class Tolerance:
         if found["unit"] == "%":
             return Tolerance(value / 100, relative=True)
         return Tolerance(value, unit=found["unit"] or None)
+
+    def in_metres(self) -> Tolerance:
+        """The same where the unit of the files is the metre.
+
+        Raises:
+            InputError: the unit is named, and is none of those known.
+        """
+        if self.relative or self.unit is None:
+            return self
+        if self.unit not in _METRES:
+            known = ", ".join(_METRES)
+            raise InputError(
+                f"a glTF is in metres, and '{self.unit}' is no unit known here: expected a length "
+                f"in one of {known}"
+            )
+        return Tolerance(self.value * _METRES[self.unit], unit="m")
 
     def gated(self, options: Options) -> Options:
         """Options with a gate on the proven deviation.
@@ -100,13 +119,17 @@ def refine_within(
         source: the mesh to refine.
         reference: the mesh it should have been.
         options: of the first attempt.
-        tolerance: what to reach.
+        tolerance: what to reach; converted into metres where the unit of the files is the metre.
         progress: called between stages and rounds of each attempt.
 
     Raises:
         InputError, LimitError, InfeasibleError, SolveTimeoutError: as a refinement, by the
             first attempt.
     """
+    # Distances are those of the reference, which no other alignment scales the source to.
+    sized = (reference,) if options.align == "similarity" else (reference, source)
+    if any(PurePosixPath(each.name.lower()).suffix in (".glb", ".gltf") for each in sized):
+        tolerance = tolerance.in_metres()
     best: Refinement | None = None
     attempts = 0
     for chosen in _attempts(tolerance.gated(options)):

@@ -327,4 +327,5 @@ def test_a_tolerance_is_reached_and_proven_or_exits_with_1_and_places(directory:
     assert missed.returncode == 1
     assert missed.stderr.startswith("not within 1e-9%, after 3 refinements")
     assert "place  " in missed.stderr
+    assert " units off near (" in missed.stderr
     assert (directory / "far.obj").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import trimesh
 
 from meshcone.errors import InputError, SolveTimeoutError
 from meshcone.files import MeshFile
@@ -75,6 +76,42 @@ def test_a_share_of_the_radius_is_a_relative_bound() -> None:
 def test_a_length_keeps_the_name_of_its_unit() -> None:
     gate = Tolerance.parse("1.5e-1mm").gated(options()).gates["deviation.max"]
     assert (gate.max_model, gate.unit) == (0.15, "mm")
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"), [("5mm", 0.005), ("2 cm", 0.02), ("0.005m", 0.005), ("1in", 0.0254)]
+)
+def test_a_length_is_converted_where_files_are_in_metres(text: str, metres: float) -> None:
+    converted = Tolerance.parse(text).in_metres()
+    assert (converted.value, converted.unit) == (pytest.approx(metres), "m")
+
+
+@pytest.mark.parametrize("text", ["0.5", "0.2%"])
+def test_a_tolerance_without_a_unit_needs_no_conversion(text: str) -> None:
+    assert Tolerance.parse(text).in_metres() == Tolerance.parse(text)
+
+
+def test_a_unit_that_is_not_known_is_refused_where_files_are_in_metres() -> None:
+    with pytest.raises(InputError, match="a glTF is in metres, and 'furlongs' is no unit"):
+        Tolerance.parse("3 furlongs").in_metres()
+
+
+@pytest.mark.parametrize("reference", ["ball.glb", "ball.obj"])
+def test_what_is_proven_of_a_gltf_is_told_in_metres(reference: str) -> None:
+    ball = trimesh.Trimesh(*shapes.sphere(2))
+    rough = trimesh.Trimesh(shapes.noisy(shapes.sphere(2)[0]), ball.faces)
+    files = {name: MeshFile(name, _exported(ball, name)) for name in ("ball.glb", "ball.obj")}
+    source = MeshFile("rough.glb", _exported(rough, "rough.glb"))
+    found = refine_within(source, files[reference], options(), Tolerance.parse("2000mm"))
+    assert found.kept
+    assert found.refinement.report.statement is not None
+    assert " m of the reference" in found.refinement.report.statement
+    assert found.refinement.report.options.gates["deviation.max"].max_model == 2
+
+
+def _exported(mesh: trimesh.Trimesh, name: str) -> bytes:
+    data = mesh.export(file_type=name.rpartition(".")[2])
+    return data if isinstance(data, bytes) else str(data).encode()
 
 
 @pytest.mark.parametrize("text", ["", "mm", "-1", "0", "1 2", "nan", "0.5mm²", "1e99"])

@@ -138,6 +138,10 @@ def test_what_is_within_its_bound_is_not_named() -> None:
     assert words == "changes.lost.animations 1, allowed 1"
 
 
+def test_a_length_in_a_gltf_is_told_in_metres() -> None:
+    assert check("asset.size.width", {"max_model": 1}).words == "asset.size.width 5 m, allowed 1 m"
+
+
 def test_an_asset_without_a_side_is_the_refined_one_where_there_is_one() -> None:
     vertices, faces = shapes.sphere(1)
     source = MeshFile("small.obj", shapes.obj(0.9 * vertices, faces))
