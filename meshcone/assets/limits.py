@@ -33,7 +33,11 @@ class Limits(BaseSettings):
     file_bytes: int = Field(256 * _MIB, ge=1, description="the file and its resources together")
     vertices: int = Field(1_000_000, ge=1, description="vertices as the file stores them")
     faces: int = Field(2_000_000, ge=1, description="triangles, after polygons are split")
-    lines: int = Field(12_000_000, ge=1, description="lines of a text format")
+    lines: int = Field(
+        12_000_000,
+        ge=1,
+        description="lines of a text format; numbers in rows of different lengths in a binary PLY",
+    )
     header_bytes: int = Field(65_536, ge=1, description="header of a PLY")
     json_bytes: int = Field(128 * _MIB, ge=1, description="JSON text of a glTF, data URIs included")
     json_depth: int = Field(64, ge=1, description="nested arrays and objects in a glTF")

@@ -28,6 +28,14 @@ def ply_header(
     return _PLY.format(vertices=vertices, faces=faces, length=length, format=encoding)
 
 
+def ragged(rows: int) -> bytes:
+    """A PLY file with an element besides, each row of which is a list and a number."""
+    text = f"element a {rows}\nproperty list uchar char b\nproperty char c\nelement vertex"
+    head = ply_header(encoding="binary_little_endian").replace("element vertex", text)
+    data = b"\1\7\7" + b"\0\7" * (rows - 1) + _POINTS.tobytes() + struct.pack("<B3i", 3, 0, 1, 2)
+    return head.encode() + data
+
+
 def _ascii(title: str, text: str, place: str | None, message: str) -> Case:
     return Case(title, "mesh.ply", constant(text), "input", place, message)
 
@@ -150,6 +158,29 @@ PLY = [
     ),
     _limit("4 billion vertices", "m.ply", ply_header(_4_BILLION), "line 3", "4,294,967,295 vert"),
     _limit("4 billion faces", "m.ply", ply_header(faces=_4_BILLION), "line 7", "4,294,967,295 f"),
+    _limit(
+        "4 billion strips",
+        "m.ply",
+        ply_header(faces=_4_BILLION).replace("face", "tristrips"),
+        "line 7",
+        "4,294,967,295 strips",
+    ),
+    _limit("ragged rows beside", "m.ply", ragged(6), "element a", "12 numbers and lists", lines=11),
+    _limit(
+        "ragged faces with much beside",
+        "m.ply",
+        ply_header(faces=2, encoding="binary_little_endian")
+        .replace(
+            "property list", "property list uchar int a\nproperty list uchar int b\nproperty list"
+        )
+        .encode()
+        + _POINTS.tobytes()
+        + struct.pack("<3B3i", 0, 0, 3, 0, 1, 2)
+        + struct.pack("<BiBB3i", 1, 0, 0, 3, 0, 1, 2),
+        "element face",
+        "6 numbers and lists",
+        lines=5,
+    ),
     _limit(
         "a polygon of many corners",
         "m.ply",
@@ -290,6 +321,15 @@ BOMBS = [
         None,
         "lines",
     ),
+    Case(
+        "100 million lists of different lengths in the way",
+        "mesh.ply",
+        lambda: ragged(50_000_000),
+        "limit",
+        "element a",
+        "100,000,000 numbers and lists in rows of different lengths",
+    ),
+    Case("lists in the way", "mesh.ply", lambda: ragged(1_000_000), "ok"),
     Case(
         "lists of different lengths",
         "mesh.ply",

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.foreign.ply_header import Element
-from meshcone.assets.foreign.text import Line, content_lines, decimal, integer, points, shown, take
+from meshcone.assets.foreign.text import (
+    Line,
+    content_lines,
+    decimal,
+    integer,
+    points,
+    require,
+    shown,
+    take,
+)
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -70,12 +80,17 @@ class AsciiBody:
             InputError: a line is missing.
         """
         if element.properties:
-            self._take(element)
+            passed = [number for number, _ in islice(self._lines, element.count)]
+            require(element.count, _rows_of(element), passed)
 
     def _take(self, element: Element) -> list[Line]:
-        lines = take(self._lines, element.count, f"rows of element '{shown(element.name)}'")
+        lines = take(self._lines, element.count, _rows_of(element))
         self.place = lambda row: f"line {lines[row][0]}"
         return lines
+
+
+def _rows_of(element: Element) -> str:
+    return f"rows of element '{shown(element.name)}'"
 
 
 def _values(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Collection, Iterator
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from meshcone.assets.foreign.ply_header import Element
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-Row = list[tuple[Any, ...]]
+Row = dict[int, NDArray[Any]]
 
 
 class BinaryBody:
@@ -34,6 +33,7 @@ class BinaryBody:
 
         Raises:
             InputError: the element reaches past the file.
+            LimitError: there is too much to read row by row.
         """
         table = self._table(element)
         if table is not None:
@@ -41,7 +41,7 @@ class BinaryBody:
                 columns = [table[f"f{place}"].astype(np.float64) for place in coordinates]
             return np.stack(columns, axis=1)
         positions = np.empty((element.count, 3))
-        for number, row in enumerate(self._rows(element)):
+        for number, row in enumerate(self._rows(element, coordinates)):
             positions[number] = [row[place][0] for place in coordinates]
         return positions
 
@@ -52,7 +52,7 @@ class BinaryBody:
 
         Raises:
             InputError: the element reaches past the file.
-            LimitError: they make too many triangles.
+            LimitError: they make too many triangles, or there is too much to read row by row.
         """
         table = self._table(element)
         if table is not None:
@@ -62,10 +62,11 @@ class BinaryBody:
             return values.reshape(-1), np.full(element.count, size)
         found: list[int] = []
         sizes = np.empty(element.count, dtype=np.int64)
-        for number, row in enumerate(self._rows(element)):
-            found += row[corners]
+        for number, row in enumerate(self._rows(element, (corners,))):
             sizes[number] = len(row[corners])
-            self._check_triangles(len(found) - 2 * (number + 1), number)
+            triangles = len(found) + len(row[corners]) - 2 * (number + 1)
+            self._check_triangles(triangles, number)
+            found += row[corners].tolist()
         return np.array(found, dtype=np.int64), sizes
 
     def skip(self, element: Element) -> None:
@@ -73,9 +74,10 @@ class BinaryBody:
 
         Raises:
             InputError: it reaches past the file.
+            LimitError: there is too much to read row by row.
         """
         if element.properties and self._table(element) is None:
-            for _ in self._rows(element):
+            for _ in self._rows(element, ()):
                 pass
 
     def _check_triangles(self, count: int, row: int) -> None:
@@ -87,9 +89,10 @@ class BinaryBody:
         self._require(element.count * element.least_bytes, name)
         lengths = [0] * len(element.properties)
         if element.has_lists and element.count:
-            first = next(self._rows(element))
+            self.place = lambda row: f"{element.place}, row {row}"
+            first = self._row(element, 0, range(len(element.properties)))
             self._position = start
-            lengths = [len(values) for values in first]
+            lengths = [len(values) for values in first.values()]
         fields: list[Any] = []
         for place, (item, length) in enumerate(zip(element.properties, lengths, strict=True)):
             if item.length is not None:
@@ -109,26 +112,41 @@ class BinaryBody:
         self.place = lambda row: f"byte {start + row * dtype.itemsize}"
         return table
 
-    def _rows(self, element: Element) -> Iterator[Row]:
-        """Rows one after the other, each a tuple of values for each property."""
+    def _rows(self, element: Element, wanted: Collection[int]) -> Iterator[Row]:
+        """Rows one after the other; what is to be read of them counts against the cap on lines."""
+        cells = element.count * len(element.properties)
+        what = "numbers and lists in rows of different lengths"
+        self._limits.check("lines", cells, what, element.place)
         self.place = lambda row: f"{element.place}, row {row}"
         for row in range(element.count):
-            values: Row = []
-            for item in element.properties:
-                size = 1
-                if item.length is not None:
-                    (size,) = self._unpack(item.length, 1, row)
-                    if size < 0:
-                        raise InputError(f"a list of length {size}", place=self.place(row))
-                values.append(self._unpack(item.values, size, row))
-            yield values
+            yield self._row(element, row, wanted)
 
-    def _unpack(self, kind: np.dtype[Any], count: int, row: int) -> tuple[Any, ...]:
-        self._require(count * kind.itemsize, self.place(row))
-        layout = struct.Struct(f"{'>' if kind.str[0] == '>' else '<'}{count}{kind.char}")
-        found = layout.unpack_from(self._data, self._position)
-        self._position += layout.size
-        return found
+    def _row(self, element: Element, row: int, wanted: Collection[int]) -> Row:
+        """The values of some of a row's properties, by the place of each among all."""
+        values: Row = {}
+        for place, item in enumerate(element.properties):
+            size = 1 if item.length is None else self._length(item.length, row)
+            start = self._pass(size * item.values.itemsize, row)
+            if place in wanted:
+                values[place] = np.frombuffer(self._data, item.values, size, start)
+        return values
+
+    def _length(self, kind: np.dtype[Any], row: int) -> int:
+        start = self._pass(kind.itemsize, row)
+        stored = self._data[start : self._position]
+        order: Literal["big", "little"] = "big" if kind.str[0] == ">" else "little"
+        size = int.from_bytes(stored, order, signed=kind.kind == "i")
+        if size < 0:
+            raise InputError(f"a list of length {size}", place=self.place(row))
+        return size
+
+    def _pass(self, size: int, row: int) -> int:
+        """Go on by some bytes; where they start."""
+        start = self._position
+        if size > len(self._data) - start:
+            self._require(size, self.place(row))
+        self._position = start + size
+        return start
 
     def _require(self, needed: int, place: str) -> None:
         left = len(self._data) - self._position

@@ -41,6 +41,11 @@ _TYPES = {
     b"double": "f8",
     b"float64": "f8",
 }
+_CAPS = {
+    b"vertex": ("vertices", "vertices"),
+    b"face": ("faces", "faces"),
+    b"tristrips": ("faces", "strips of triangles"),
+}
 _END = re.compile(rb"(?:^|[\r\n])[ \t]*end_header[ \t]*(\r\n|\n|\r)")
 _COUNT = re.compile(rb"\d{1,18}")
 
@@ -151,9 +156,9 @@ def _element(
     name, count = words[1], int(words[2])
     if name in known:
         raise InputError(f"element '{shown(name)}' is declared twice", place=place)
-    if name in (b"vertex", b"face"):
-        cap = "vertices" if name == b"vertex" else "faces"
-        limits.check(cap, count, cap, place)
+    if name in _CAPS:
+        cap, what = _CAPS[name]
+        limits.check(cap, count, what, place)
     return name, count
 
 

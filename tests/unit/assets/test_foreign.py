@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from meshcone.assets import read_asset
+from meshcone.assets import Limits, read_asset
+from meshcone.errors import LimitError
 from meshcone.notices import Code, Notice
 from tests import meshes
 from tests.fuzz import seeds
+from tests.hostile.foreign import ragged
 
 BALL = meshes.sphere(2)
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=np.float32)
@@ -146,3 +148,16 @@ def test_triangles_that_are_lines_are_counted() -> None:
     rows = "0 0 0\n1 0 0\n1 1 0\n1 0 0\n"
     asset = read_asset("mesh.off", f"OFF\n4 3 0\n{rows}3 0 1 2\n3 0 0 2\n3 0 1 3\n".encode())
     assert (asset.counts().faces, asset.collapsed, len(asset.faces)) == (3, 2, 1)
+
+
+def test_rows_of_different_lengths_are_passed_over_up_to_a_cap() -> None:
+    asset = read_asset("mesh.ply", ragged(500), limits=Limits(lines=1_000))
+    assert asset.faces.tolist() == [[0, 1, 2]]
+    with pytest.raises(LimitError, match="1,002 numbers and lists"):
+        read_asset("mesh.ply", ragged(501), limits=Limits(lines=1_000))
+
+
+def test_rows_of_one_length_take_no_reading_and_have_no_cap() -> None:
+    data = ragged(501).replace(b"\1\7\7", b"\0\7", 1)
+    asset = read_asset("mesh.ply", data, limits=Limits(lines=10))
+    assert asset.faces.tolist() == [[0, 1, 2]]
