@@ -74,7 +74,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         words = f"CESIUM_RTC puts the scene at ({place}), and there it is read"
         yield Notice(Code.SCENE_RELATIVE, words)
     if found.astray:
-        words = f"{found.astray:,} of the vertices have no finite coordinates; "
+        words = f"vertices without finite coordinates: {found.astray:,}; "
         words += f"triangles that use them, and so are not drawn: {found.undrawn:,}"
         yield Notice(Code.VERTICES_ASTRAY, words)
 
