@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-_LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
+LARGEST_ARCHIVE = 4 << 30  # bytes, unpacked
 # Positions hardly shrink: an archive that unpacks to more than this multiple of itself is a
 # bomb. A small one may: the leaves of a mesh that lies in a plane are all bounded by one face.
 _SMALL_ARCHIVE, _LARGEST_RATIO = 8 << 20, 200
@@ -38,26 +38,33 @@ class ArchiveError(ValueError):
     """The bytes are no archive of arrays as a certificate is one; the message says why."""
 
 
-def read_arrays(data: bytes) -> dict[str, Any]:
+def read_arrays(data: bytes, most: int = LARGEST_ARCHIVE) -> dict[str, Any]:
     """Read every array of an ``.npz`` archive.
+
+    Args:
+        data: the archive.
+        most: bytes that it may unpack to.
 
     Raises:
         ArchiveError: it is none, or one that no certificate is.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            return _arrays(archive, len(data))
+            return _arrays(archive, min(most, _SMALL_ARCHIVE + _LARGEST_RATIO * len(data)))
     except ArchiveError:
         raise
     except _UNREADABLE as error:
         raise ArchiveError("the bytes are no archive of arrays, or a damaged one") from error
 
 
-def _arrays(archive: zipfile.ZipFile, size: int) -> dict[str, Any]:
+def _arrays(archive: zipfile.ZipFile, most: int) -> dict[str, Any]:
     entries = archive.infolist()
     unpacked = sum(entry.file_size for entry in entries)
-    if unpacked > min(_LARGEST_ARCHIVE, _SMALL_ARCHIVE + _LARGEST_RATIO * size):
-        raise ArchiveError("the archive unpacks to more than any certificate holds")
+    if unpacked > most:
+        raise ArchiveError(
+            f"the archive unpacks to more than any certificate holds: {unpacked:,} bytes, "
+            f"at most {most:,}"
+        )
     if len(entries) > _MOST_ARRAYS:
         raise ArchiveError(f"the archive holds {len(entries):,} arrays, at most {_MOST_ARRAYS}")
     seen: set[str] = set()

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from meshcone.certificate.archive import ArchiveError, read_arrays
+from meshcone.certificate.archive import LARGEST_ARCHIVE, ArchiveError, read_arrays
 from meshcone.errors import InputError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram
@@ -29,6 +29,11 @@ from meshcone.surface.arrays import Floats, Ints
 Schema = Literal["meshcone.certificate/1", "meshcone.certificate/2"]
 _SCHEMA: Schema = "meshcone.certificate/2"
 _DIRECTIONS = ("extra", "missing")
+# Bytes, unpacked. A piece takes 23 in either direction (half a cut of 13, half a leaf of up to
+# 33); a batch may be made beyond what was asked for, which the bytes of no mesh have room for. A
+# vertex or face takes its positions, its leaves, and the multipliers of the cones it has.
+_OF_NO_MESH, _OF_ELEMENT, _OF_PIECE = 8 << 20, 1 << 10, 64
+_OF_CHARACTER = 4
 
 
 class CertificateDocument(BaseModel):
@@ -140,14 +145,32 @@ class CertificateFile:
         return arrays
 
 
-def read_certificate(data: bytes, name: str) -> CertificateFile:
+def most_bytes(vertices: int, faces: int, options: Options) -> int:
+    """Bound what a certificate unpacks to, in bytes.
+
+    Args:
+        vertices: of both meshes together.
+        faces: of both, likewise.
+        options: that they were refined with.
+    """
+    document = _OF_CHARACTER * len(options.model_dump_json())
+    elements = _OF_ELEMENT * (vertices + faces)
+    return _OF_NO_MESH + document + elements + _OF_PIECE * options.deviation.pieces
+
+
+def read_certificate(data: bytes, name: str, most: int = LARGEST_ARCHIVE) -> CertificateFile:
     """Read an archive.
+
+    Args:
+        data: the archive.
+        name: what messages call it.
+        most: bytes that it may unpack to; see :func:`most_bytes`.
 
     Raises:
         InputError: it is no certificate, or one with arrays missing or of wrong shape or type.
     """
     try:
-        return _certificate(read_arrays(data))
+        return _certificate(read_arrays(data, min(most, LARGEST_ARCHIVE)))
     except ArchiveError as error:
         words = f"this is not a MeshCone certificate: {error}"
         raise InputError(words, file=name) from error

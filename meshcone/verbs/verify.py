@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 from meshcone.certificate.checks import Check, Verification
 from meshcone.certificate.closeness import closeness_checks
-from meshcone.certificate.file import CertificateFile, read_certificate
+from meshcone.certificate.file import CertificateFile, most_bytes, read_certificate
 from meshcone.certificate.identity import identity_checks
 from meshcone.certificate.metrics import metrics_check
 from meshcone.certificate.optimality import optimality_checks
@@ -77,9 +77,12 @@ def verify(
     Raises:
         InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
-    stored = read_certificate(certificate.data, certificate.name)
-    round_index = stored.document.round_index
     pair = read_pair(source, reference, report.options.pose).under(report.options)
+    meshes = (pair.source, pair.reference)
+    vertices, faces = (sum(len(getattr(m, of)) for m in meshes) for of in ("vertices", "faces"))
+    most = most_bytes(vertices, faces, report.options)
+    stored = read_certificate(certificate.data, certificate.name, most)
+    round_index = stored.document.round_index
     checks = [
         *identity_checks(report, stored.document, source, reference, refined),
         settings_check(report.options, ranges=round_index is not None),

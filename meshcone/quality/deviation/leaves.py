@@ -69,17 +69,30 @@ class Leaves:
         """Take a record from stored arrays.
 
         Raises:
-            InputError: an array is missing or not of the kind it should be.
+            InputError: an array is missing, not of the type it is stored as, or not as long as
+                others it belongs to. Nothing is copied to a larger type before that is known.
         """
-        taken = {}
         for name, kind in _STORED.items():
             array = arrays.get(name)
             if array is None or array.ndim != 1 or array.dtype.kind not in "iuf":
                 raise InputError(f"the record of leaves has no usable array '{name}'")
             if kind is not np.float64 and array.dtype.kind == "f":
                 raise InputError(f"the record of leaves has numbers that are not whole: '{name}'")
-            taken[name] = array.astype(np.float64 if kind is np.float64 else np.int64)
-        return Leaves(**taken)
+            stored = np.dtype(kind)
+            if (array.dtype.kind, array.dtype.itemsize) != (stored.kind, stored.itemsize):
+                raise InputError(f"the record of leaves has an array of another type: '{name}'")
+        length = {name: len(arrays[name]) for name in _STORED}
+        _require_whole(length["cut"], length["edge"], length["at"])
+        if not length["cut"] < length["count"] <= length["faces"] <= MOST_FACES * length["count"]:
+            raise InputError("the leaves do not tile the mesh: a piece has no bound")
+        if length["faces"] != length["weights"]:
+            raise InputError("the record of leaves has bounds that are not whole")
+        return Leaves(
+            **{
+                name: arrays[name].astype(np.float64 if kind is np.float64 else np.int64)
+                for name, kind in _STORED.items()
+            }
+        )
 
     def require_sound(self, faces: int, reference_faces: int) -> None:
         """Check everything about the record that can be checked without positions.
@@ -92,8 +105,7 @@ class Leaves:
             InputError: the leaves do not tile the mesh, or a leaf has no bound.
         """
         cuts = len(self.cut)
-        if not len(self.edge) == len(self.at) == cuts:
-            raise InputError("the record of leaves has cuts that are not whole")
+        _require_whole(cuts, len(self.edge), len(self.at))
         if cuts and not (
             (self.cut >= 0).all()  # first of all: the difference of others may wrap around
             and (self.cut < faces + 2 * np.arange(cuts)).all()
@@ -145,6 +157,11 @@ class Leaves:
             generations += 1
             if len(corners) and generations > MOST_CUTS_DEEP:
                 raise InputError(f"a piece is cut more than {MOST_CUTS_DEEP} times")
+
+
+def _require_whole(cuts: int, edges: int, places: int) -> None:
+    if not edges == places == cuts:
+        raise InputError("the record of leaves has cuts that are not whole")
 
 
 def halves(corners: Floats, edge: Ints, at: Floats) -> Floats:

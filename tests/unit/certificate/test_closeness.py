@@ -136,7 +136,10 @@ SPOILED: dict[str, tuple[Spoil, str]] = {
         lambda leaves: {"weights": 0 * leaves.weights},
         "weights that do not add up to 1",
     ),
-    "bounds cut short": (lambda leaves: {"faces": leaves.faces[:-1]}, "bounds that are not whole"),
+    "bounds cut short": (
+        lambda leaves: {"faces": leaves.faces[:-1], "weights": leaves.weights[:-1]},
+        "bounds that are not whole",
+    ),
 }
 
 

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import tracemalloc
+import zipfile
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from meshcone.certificate.file import CertificateFile, read_certificate
+from meshcone.certificate.file import CertificateFile, most_bytes, read_certificate
 from meshcone.errors import InputError
+from meshcone.files import MeshFile
 from meshcone.options import parse_options
+from meshcone.quality.deviation.leaves import Leaves
 from meshcone.verbs.refine import refine
+from meshcone.verbs.verify import verify
 from tests.unit.engine.pairs import CAPPED, rough, smooth
+
+RECORD = {
+    "cut": np.int32,
+    "edge": np.int8,
+    "at": np.float64,
+    "count": np.int8,
+    "faces": np.int32,
+    "weights": np.int32,
+}
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +102,23 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"missing_at": np.array([np.nan])},
         "the array 'missing_at' holds values that are not finite",
     ),
+    "edges of 8 bytes": (
+        {"extra_edge": np.zeros(1, dtype=np.int64)},
+        "an array of another type: 'edge'",
+    ),
+    "more edges than cuts": (
+        {"extra_edge": np.zeros(999, dtype=np.int8)},
+        "cuts that are not whole",
+    ),
+    "more leaves than faces that bound them": (
+        {"extra_count": np.zeros(99_999, dtype=np.int8)},
+        "a piece has no bound",
+    ),
+    "fewer leaves than cuts": ({"extra_count": np.zeros(0, dtype=np.int8)}, "a piece has no bound"),
+    "faces without weights": (
+        {"extra_weights": np.zeros(3, dtype=np.int32)},
+        "bounds that are not whole",
+    ),
     "leaves of a third surface": ({"other_cut": np.zeros(1)}, "of no meaning, 'other_cut'"),
 }
 
@@ -101,6 +132,44 @@ def test_an_array_that_is_wrong_is_named(stored: bytes, name: str) -> None:
 
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_record_is_not_copied_to_a_larger_type_before_its_lengths_are_compared() -> None:
+    edges = np.zeros(8 << 20, dtype=np.int8)
+    arrays = {name: np.zeros(1, dtype=kind) for name, kind in RECORD.items()} | {"edge": edges}
+    tracemalloc.start()
+
+    with pytest.raises(InputError, match="cuts that are not whole"):
+        Leaves.of_arrays(arrays)
+
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1 << 20
+
+
+def test_a_certificate_unpacks_to_no_more_than_its_files_can_need(stored: bytes) -> None:
+    needed = sum(entry.file_size for entry in zipfile.ZipFile(io.BytesIO(stored)).infolist())
+
+    assert read_certificate(stored, "", needed).to_bytes() == stored
+    with pytest.raises(InputError, match="unpacks to more than any certificate holds"):
+        read_certificate(stored, "", needed - 1)
+
+
+def test_a_large_certificate_of_small_meshes_is_refused_when_it_is_verified(stored: bytes) -> None:
+    answer = refine(rough(), smooth(), parse_options(CAPPED))
+    noise = np.random.default_rng(1).integers(-128, 127, 26 << 20, dtype=np.int8)
+    large = MeshFile("c.npz", repacked(stored, extra_edge=noise))
+
+    with pytest.raises(InputError, match="unpacks to more than any certificate holds"):
+        verify(answer.report, large, rough(), smooth(), MeshFile(answer.name, answer.data))
+
+
+def test_honest_certificates_are_far_below_what_their_files_may_need() -> None:
+    options = parse_options({**CAPPED, "deviation": {"width": 1e-6, "share": 1e-6}})
+    certificate = refine(rough(), smooth(), options).certificate
+    assert certificate is not None
+    needed = sum(entry.file_size for entry in zipfile.ZipFile(io.BytesIO(certificate)).infolist())
+    assert needed < most_bytes(66 + 258, 128 + 512, options) - (8 << 20)
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
