@@ -57,7 +57,7 @@ def _check(
 ) -> GateCheck:
     found = find(report, key)
     if found is None or found.value is None:
-        finding = _Finding(None, None, "not_tested", f"{name_of(key)}: {_why_open(found)}")
+        finding = _Finding(None, None, "not_tested", f"{name_of(key)}: {_why_open(report, found)}")
     elif isinstance(found.value, bool | str | tuple):
         finding = _compare_words(key, found.value, bound, allowed)
     else:
@@ -90,7 +90,9 @@ class _Finding:
     position: tuple[float, float, float] | None = None
 
 
-def _why_open(found: Found | None) -> str:
+def _why_open(report: AnyReport, found: Found | None) -> str:
+    if found is None and report.inputs.reference is None:
+        return "not tested, because there is no reference to compare with"
     if found is None:
         return "not tested, because the report has no such section"
     return "not tested"

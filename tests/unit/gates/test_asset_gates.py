@@ -119,6 +119,12 @@ def test_what_was_lost_is_bounded_by_kind() -> None:
     assert check("changes.lost.animations", {"max": 0}, reference).status == "pass"
 
 
+def test_without_a_reference_that_is_why_a_change_was_not_tested() -> None:
+    words = check("changes.lost.uv_sets", {"max": 0}).words
+
+    assert words.endswith(": not tested, because there is no reference to compare with")
+
+
 def test_what_was_lost_is_named() -> None:
     words = check("changes.lost.animations", {"max": 0}, with_animations("wave")).words
 
