@@ -208,6 +208,30 @@ class WarningRecord(BaseModel):
         return value
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a search for warnings found, and what it did not search for.
+
+    Attributes:
+        warnings: what was found.
+        not_examined: codes that nobody looked for, or not everywhere: that they are not
+            among the warnings says nothing.
+    """
+
+    warnings: list[WarningRecord]
+    not_examined: frozenset[Code] = frozenset()
+
+    def __add__(self, other: Told) -> Told:
+        return Told(self.warnings + other.warnings, self.not_examined | other.not_examined)
+
+    def section(self) -> dict[str, Any]:
+        """Both as fields of a report."""
+        return {
+            "warnings": self.warnings,
+            "not_examined": tuple(str(code.value) for code in sorted(self.not_examined)),
+        }
+
+
 def meaning_of(code: str) -> str:
     """What a code says in general; the code itself where it is none of this version's."""
     return _MEANINGS.get(code, code)
@@ -225,8 +249,33 @@ _FAMILIES = sorted({code.partition(".")[0] for code in Code})
 WARNINGS = frozenset([_SECTION, *(f"{_SECTION}.{name}" for name in (*_FAMILIES, *Code))])
 
 
+# What only a pair of meshes can show, and what is told where its colours are not compared.
+FITS = frozenset(
+    {
+        Code.COVERAGE_EXTRA,
+        Code.COVERAGE_MISSING,
+        Code.NORMALS_OPPOSED,
+        Code.PIECES_DISPLACED,
+        Code.PIECES_EXTRA,
+        Code.PIECES_MISSING,
+    }
+)
+COLORS = frozenset({Code.COLORS_NOT_COMPARED})
+OF_PAIRS = (
+    FITS
+    | COLORS
+    | {Code.PIECES_COUNT}
+    | {code for code in Code if code.startswith(("units.", "pose."))} - {Code.POSE_MISFIT}
+)
+
+
+def is_named(code: str, key: str) -> bool:
+    """Whether a gate's name is about a code, alone or with others."""
+    return f"{_SECTION}.{code}.".startswith(f"{key}.")
+
+
 def warnings_named(warnings: Iterable[WarningRecord], key: str) -> list[WarningRecord]:
     """The warnings that a gate's name is about; none where it is about something else."""
     if key not in WARNINGS:
         return []
-    return [each for each in warnings if f"{_SECTION}.{each.code}.".startswith(f"{key}.")]
+    return [each for each in warnings if is_named(each.code, key)]

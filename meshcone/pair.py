@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
 from meshcone.gates.units import unit_of
-from meshcone.notices import Code, Notice, Side, WarningRecord
+from meshcone.notices import Code, Notice, Side, Told, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.parts import Partition
 from meshcone.quality.records import Division, Validity
@@ -130,9 +130,7 @@ class Pair:
         """The parts of source and reference."""
         return Partition(*self.source_asset.parts(by)), Partition(*self.reference_asset.parts(by))
 
-    def warnings(
-        self, source: Validity, reference: Validity, written: Asset | None = None
-    ) -> list[WarningRecord]:
+    def warnings(self, source: Validity, reference: Validity, written: Asset | None = None) -> Told:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.
 
         Args:
@@ -150,7 +148,7 @@ class Pair:
         found = data_warnings(
             self.source, self.reference, source, reference, self.frame, self.partitions("node")
         )
-        return told + self._writing(written) + found
+        return Told(told + self._writing(written)) + found
 
     def _writing(self, written: Asset | None) -> list[WarningRecord]:
         """What of the source stays although it could move, and what is changed besides."""

@@ -67,6 +67,8 @@ def _check(
             finding = comparison.with_interval(found.value)
         else:
             finding = comparison.with_value(found.value)
+            if found.not_examined:
+                finding = _with_more(finding, found, key, bound)
     return GateCheck(
         key=key,
         bound=bound,
@@ -96,6 +98,14 @@ def _why_open(report: AnyReport, found: Found | None) -> str:
     if found is None:
         return "not tested, because the report has no such section"
     return "not tested"
+
+
+def _with_more(finding: _Finding, found: Found, key: str, bound: Bound) -> _Finding:
+    """What stands however many more warnings there are than were looked for."""
+    if finding.status == ("fail" if bound.startswith("max") else "pass"):
+        return finding
+    why = f"not tested, because nobody looked for {_some(found.not_examined)}"
+    return _Finding(None, None, "not_tested", f"{name_of(key)}: {why}")
 
 
 def _compare_words(

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from meshcone.auditing.records import AssetAudit
-from meshcone.notices import WARNINGS, warnings_named
+from meshcone.notices import COLORS, OF_PAIRS, WARNINGS, is_named, warnings_named
 from meshcone.options import Mode
 from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
 from meshcone.quality.records import Metrics
@@ -62,10 +62,13 @@ class Found:
     Attributes:
         path: where it stands.
         value: None where the report leaves it open.
+        not_examined: codes of warnings that a number of them should count and does not,
+            because nobody looked: the number is the least it can be.
     """
 
     path: str
     value: Value | None
+    not_examined: tuple[str, ...] = ()
 
 
 @functools.cache
@@ -82,12 +85,23 @@ def known_values(mode: Mode) -> Mapping[str, Known]:
 def find(report: AnyReport, key: str) -> Found | None:
     """Find a value by its name; None where the report lacks the section it stands in."""
     if key in WARNINGS:
-        return Found("warnings", len(warnings_named(report.warnings, key)))
+        count = len(warnings_named(report.warnings, key))
+        return Found("warnings", count, tuple(_not_examined(report, key)))
     for path in _places(key):
         value = value_at(report, path)
         if value is not _ABSENT:
             return Found(path, None if value == NOT_TESTED else value)
     return None
+
+
+def _not_examined(report: AnyReport, key: str) -> Iterator[str]:
+    """Codes a gate's name is about that were not examined; of all, those this job looks for."""
+    beside: frozenset[str] = frozenset()
+    if key == "warnings" and isinstance(report, AuditReport):
+        beside = COLORS if report.inputs.reference else OF_PAIRS
+    for code in report.not_examined:
+        if is_named(code, key) and code not in beside:
+            yield code
 
 
 def _places(key: str) -> list[str]:

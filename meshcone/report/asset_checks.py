@@ -5,11 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from meshcone.auditing.records import AssetAudit
-from meshcone.notices import Code, Notice, Side, WarningRecord
+from meshcone.notices import Code, Notice, Side, Told, WarningRecord
 
 _NAMED = 3
 # Artists bend the normals of foliage; more than this share is another matter.
 _MOST = 0.5
+
+NOT_AUDITED = Told(
+    [],
+    frozenset(
+        {
+            Code.MATERIALS_LIBRARY_MISSING,
+            Code.MATERIALS_UNDEFINED,
+            Code.NORMALS_AGAINST_WINDING,
+            Code.TEXTURES_MISSING,
+        }
+    ),
+)
 
 
 def asset_warnings(side: Side, file: str, audit: AssetAudit | None) -> list[WarningRecord]:

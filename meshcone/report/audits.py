@@ -10,7 +10,7 @@ from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.auditing.subject import Seen
 from meshcone.files import MeshFile
-from meshcone.notices import WarningRecord
+from meshcone.notices import Told
 from meshcone.options import Options
 from meshcone.quality.records import Validity
 from meshcone.report.asset_checks import asset_warnings
@@ -39,12 +39,12 @@ class Findings:
     Attributes:
         asset: each by itself.
         changes: of the source against the reference, if there is one.
-        warnings: of what source and reference name and do not come with.
+        told: of what source and reference name and do not come with.
     """
 
     asset: Audits
     changes: Changes | None
-    warnings: list[WarningRecord]
+    told: Told
 
 
 def audited(
@@ -77,7 +77,7 @@ def audited(
     )
     told = asset_warnings("source", source.file.name, asset.source)
     if reference is None:
-        return Findings(asset, None, told)
+        return Findings(asset, None, Told(told))
     told += asset_warnings("reference", reference.file.name, asset.reference)
     changes = changes_between(reference.asset, source.asset)
-    return Findings(asset, changes, told)
+    return Findings(asset, changes, Told(told))

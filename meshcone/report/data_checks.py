@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from meshcone.appearance.records import Appearance
-from meshcone.notices import Code, Side, WarningRecord, warning
+from meshcone.notices import COLORS, FITS, OF_PAIRS, Code, Side, Told, WarningRecord, warning
 from meshcone.quality.parts import Partition
 from meshcone.quality.records import Validity
 from meshcone.report.piece_checks import PartedMesh, piece_warnings
@@ -31,8 +31,22 @@ _LEAST_OVERLAP = 0.1
 _FLAT = 0.05
 # Noise and thin parts turn many normals around; more than this share is another matter.
 _INSIDE_OUT = 0.6
+# Normals of fewer vertices than this share say nothing of the mesh.
+_MOST_COMPARED = 0.5
 # A share of the area to the power 3/2: what is flat and closed encloses less.
 _NO_VOLUME = 1e-6
+
+_DEFECTS = frozenset(
+    {
+        Code.EDGES_NON_MANIFOLD,
+        Code.EDGES_OPPOSED,
+        Code.FACES_CROSSING,
+        Code.FACES_DEGENERATE,
+        Code.FACES_DUPLICATE,
+        Code.SURFACE_INSIDE_OUT,
+        Code.VERTICES_ISOLATED,
+    }
+)
 
 
 def data_warnings(
@@ -42,7 +56,7 @@ def data_warnings(
     reference_found: Validity,
     frame: Frame,
     parts: tuple[Partition, Partition],
-) -> list[WarningRecord]:
+) -> Told:
     """Describe what may be wrong with a pair.
 
     Args:
@@ -60,42 +74,50 @@ def data_warnings(
         if not _has_surface(mesh)
     ]
     if unusable:
-        return unusable
-    return [
-        *_pose_and_fit(source, reference, frame, parts),
-        *defects("source", source, found),
-        *defects("reference", reference, reference_found),
-        *_pieces(found.components, reference_found.components),
-    ]
+        return Told(unusable, OF_PAIRS - COLORS | _DEFECTS)
+    return (
+        _pose_and_fit(source, reference, frame, parts)
+        + defects("source", source, found)
+        + defects("reference", reference, reference_found)
+        + Told(list(_pieces(found.components, reference_found.components)))
+    )
 
 
-def appearance_warnings(appearance: Appearance | None) -> list[WarningRecord]:
-    """Say that colours were not compared, where they could not be."""
+def appearance_warnings(appearance: Appearance | None, *, asked: bool) -> Told:
+    """Say that colours were not compared, where they could not be.
+
+    Args:
+        appearance: what was compared; None where it was not asked for, or without colours.
+        asked: whether colours were to be compared.
+    """
     if appearance is None or appearance.why_not_tested is None:
-        return []
+        return Told([], frozenset() if asked else COLORS)
     words = f"Colours were not compared: {appearance.why_not_tested}."
-    return [warning(Code.COLORS_NOT_COMPARED, "pair", words)]
+    return Told([warning(Code.COLORS_NOT_COMPARED, "pair", words)])
 
 
 def _pose_and_fit(
     source: Mesh, reference: Mesh, frame: Frame, parts: tuple[Partition, Partition]
-) -> list[WarningRecord]:
+) -> Told:
     names, reference_names = parts
     there = PartedMesh(reference, SurfaceTree(reference), reference_names)
 
-    def fit(placed: Mesh, tree: SurfaceTree) -> list[WarningRecord]:
+    def fit(placed: Mesh, tree: SurfaceTree) -> Told:
         here = PartedMesh(placed, tree, names)
-        return [*_fit(placed, tree, reference, there.tree), *piece_warnings(here, there, frame)]
+        return _fit(placed, tree, reference, there.tree) + piece_warnings(here, there, frame)
 
     tree, reference_tree = SurfaceTree(source), there.tree
     pose = find_pose(MotionSearch(source, reference, tree, reference_tree), frame)
     if pose is not None:
         # What else there is to say is said of the shapes where they agree best.
         back = _carried(source, pose.to_reference)
-        return [*pose.warnings, *fit(back, SurfaceTree(back))]
-    # Distances say nothing new of meshes that lie in different places.
+        return Told(list(pose.warnings)) + fit(back, SurfaceTree(back))
+    # Distances say nothing new of meshes that lie in different places, and neither do normals.
     misplaced = list(placement(source, reference))
-    return misplaced or fit(source, tree)
+    if not misplaced:
+        return fit(source, tree)
+    # Where boxes of other sizes lie says nothing either.
+    return Told(misplaced, FITS | ({Code.POSE_APART} - {each.code for each in misplaced}))
 
 
 def _carried(mesh: Mesh, matrix: Floats) -> Mesh:
@@ -138,7 +160,7 @@ def placement(source: Mesh, reference: Mesh) -> Iterator[WarningRecord]:
 
 def _fit(
     source: Mesh, source_tree: SurfaceTree, reference: Mesh, reference_tree: SurfaceTree
-) -> list[WarningRecord]:
+) -> Told:
     used = _used(source)
     chosen = used[:: -(-len(used) // _SAMPLES)]
     closest = reference_tree.closest(source.vertices[chosen])
@@ -168,11 +190,18 @@ def _fit(
             "the two is inside out."
         )
         told.append(warning(Code.NORMALS_OPPOSED, "pair", words))
-    return told
+    compared = len(opposed) >= _MOST_COMPARED * len(chosen)
+    return Told(told, frozenset() if compared else frozenset({Code.NORMALS_OPPOSED}))
 
 
-def defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecord]:
+def defects(side: Side, mesh: Mesh, validity: Validity) -> Told:
     """Say what is wrong with one mesh by itself."""
+    counted = validity.self_intersections is not None
+    not_examined = frozenset() if counted else frozenset({Code.FACES_CROSSING})
+    return Told(list(_defects(side, mesh, validity)), not_examined)
+
+
+def _defects(side: Side, mesh: Mesh, validity: Validity) -> Iterator[WarningRecord]:
     isolated = len(mesh.vertices) - len(_used(mesh))
     found = (
         (

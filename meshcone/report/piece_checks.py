@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from meshcone.notices import Code, Side, WarningRecord, warning
+from meshcone.notices import Code, Side, Told, WarningRecord, warning
 from meshcone.quality.parts import Partition, PartSamples
 from meshcone.surface import Frame, Mesh, SurfaceTree
 from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
@@ -44,11 +44,27 @@ class PartedMesh:
     names: Partition
 
 
-def piece_warnings(
-    source: PartedMesh, reference: PartedMesh, frame: Frame
-) -> Iterator[WarningRecord]:
+def piece_warnings(source: PartedMesh, reference: PartedMesh, frame: Frame) -> Told:
     """Name the parts that one side has and the other lacks."""
-    lacking, besides = _absent(reference, source), _absent(source, reference)
+    found = {
+        Code.PIECES_MISSING: _absent(reference, source),
+        Code.PIECES_EXTRA: _absent(source, reference),
+    }
+    not_examined = {code for code, absent in found.items() if absent is None}
+    if not_examined:
+        not_examined.add(Code.PIECES_DISPLACED)
+    lacking, besides = (absent or [] for absent in found.values())
+    told = _told_of_all(source, reference, lacking, besides, frame)
+    return Told(list(told), frozenset(not_examined))
+
+
+def _told_of_all(
+    source: PartedMesh,
+    reference: PartedMesh,
+    lacking: list[_Piece],
+    besides: list[_Piece],
+    frame: Frame,
+) -> Iterator[WarningRecord]:
     here, there = set(source.names.names) - {""}, set(reference.names.names) - {""}
     missing = [each for each in lacking if each.name not in here]
     yield from _told(Code.PIECES_MISSING, "reference", missing, "{}: missing.", frame)
@@ -84,16 +100,18 @@ class _Piece:
         return f"A piece{of} near ({x:.3g}, {y:.3g}, {z:.3g})"
 
 
-def _absent(parted: PartedMesh, other: PartedMesh) -> list[_Piece]:
-    """The parts of one mesh that another lacks; none where that says nothing."""
+def _absent(parted: PartedMesh, other: PartedMesh) -> list[_Piece] | None:
+    """The parts of one mesh that another lacks; None where that says nothing."""
     pieces = _pieces(parted)
-    if not 1 < len(pieces.names) <= _MOST_PARTS:
+    if len(pieces.names) <= 1:
         return []
+    if len(pieces.names) > _MOST_PARTS:
+        return None
     samples = PartSamples.of(parted.mesh, pieces, other.tree, _SAMPLES, vertices=False)
     absent = samples.absent(set(other.names.names))
     areas = samples.areas
     if areas[absent].sum() > _MOST_ABSENT * areas.sum():
-        return []
+        return None
     return list(_by_name(parted.mesh, pieces, absent, areas > 0))
 
 

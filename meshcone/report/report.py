@@ -155,6 +155,13 @@ Statement = Annotated[
         "where nothing is"
     ),
 ]
+NotExamined = Annotated[
+    tuple[str, ...],
+    Field(
+        description="codes of warnings that nobody looked for, or not everywhere: that there "
+        "is none says nothing"
+    ),
+]
 ProvenSection = Annotated[
     Deviation | None, Field(description="absent where the option `deviation.prove` is false")
 ]
@@ -185,6 +192,7 @@ class MeasureReport(_Record):
     deviation: ProvenSection = None
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
+    not_examined: NotExamined = ()
     timings: Timings
 
     def __repr__(self) -> str:
@@ -224,6 +232,7 @@ class Report(_Record):
     )
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
+    not_examined: NotExamined = ()
     timings: Timings
 
     def __repr__(self) -> str:
@@ -251,6 +260,7 @@ class AuditReport(_Record):
     changes: Changes | None = Field(None, description="absent where there was no reference")
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
+    not_examined: NotExamined = ()
     timings: Timings
 
     def __repr__(self) -> str:

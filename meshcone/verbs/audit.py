@@ -9,7 +9,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
-from meshcone.notices import WarningRecord
+from meshcone.notices import COLORS, OF_PAIRS, Told
 from meshcone.options import Options
 from meshcone.pair import describe, read_pair
 from meshcone.quality.validity import inspect
@@ -36,10 +36,10 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
         raise InputError("option 'keep' is about a reference, and there is none")
     watch = Stopwatch()
     if reference is None:
-        first, warnings = _alone(source, options, watch)
+        first, told = _alone(source, options, watch)
         second = None
     else:
-        first, second, warnings = _beside(source, reference, options, watch)
+        first, second, told = _beside(source, reference, options, watch)
     with watch.stage("audit"):
         found = audited(options, first, second)
     report = AuditReport(
@@ -51,7 +51,7 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
         options=options,
         asset=found.asset,
         changes=found.changes,
-        warnings=warnings + found.warnings,
+        **(told + found.told).section(),
         timings=Timings(
             read=watch.seconds["read"],
             quality=watch.seconds["quality"],
@@ -62,9 +62,7 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
     return judged(report)
 
 
-def _alone(
-    file: MeshFile, options: Options, watch: Stopwatch
-) -> tuple[Audited, list[WarningRecord]]:
+def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited, Told]:
     with watch.stage("read"):
         asset = read_asset(file.name, file.data, file.resources, pose=options.pose)
         mesh = Mesh(asset.vertices, asset.faces)
@@ -72,14 +70,13 @@ def _alone(
             raise InputError("every face is without area", file=asset.name)
     with watch.stage("quality"):
         validity = inspect(mesh, options.quality.intersection_pairs, collapsed=asset.collapsed)
-    told = [notice.about("source", asset.name) for notice in asset.warnings]
-    told += defects("source", mesh, validity)
-    return Audited(file, asset, validity), told
+    told = Told([notice.about("source", asset.name) for notice in asset.warnings], OF_PAIRS)
+    return Audited(file, asset, validity), told + defects("source", mesh, validity)
 
 
 def _beside(
     source: MeshFile, reference: MeshFile, options: Options, watch: Stopwatch
-) -> tuple[Audited, Audited, list[WarningRecord]]:
+) -> tuple[Audited, Audited, Told]:
     with watch.stage("read"):
         pair = read_pair(source, reference, options.pose)
     with watch.stage("quality"):
@@ -87,9 +84,9 @@ def _beside(
             inspect(mesh, options.quality.intersection_pairs, collapsed=collapsed)
             for mesh, collapsed in zip((pair.source, pair.reference), pair.collapsed, strict=True)
         )
-        warnings = pair.warnings(found, held)
+        told = pair.warnings(found, held) + Told([], COLORS)
     return (
         Audited(source, pair.source_asset, found),
         Audited(reference, pair.reference_asset, held),
-        warnings,
+        told,
     )

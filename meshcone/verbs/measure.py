@@ -10,6 +10,7 @@ from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
 from meshcone.options import Options
 from meshcone.pair import read_pair
+from meshcone.report.asset_checks import NOT_AUDITED
 from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.outcome import decide_agreement
@@ -66,8 +67,8 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
         proven = scorer.deviation(pair.frame)
-        warnings = pair.warnings(quality.input.validity, quality.floor.validity)
-        warnings += appearance_warnings(appearance)
+        told = pair.warnings(quality.input.validity, quality.floor.validity)
+        told += appearance_warnings(appearance, asked=options.quality.appearance)
     with watch.stage("audit"):
         found = (
             audited(
@@ -91,7 +92,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         asset=found and found.asset,
         changes=found and found.changes,
         deviation=proven and proven.record,
-        warnings=warnings + (found.warnings if found else []),
+        **(told + (found.told if found else NOT_AUDITED)).section(),
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],

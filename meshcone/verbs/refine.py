@@ -16,7 +16,7 @@ from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
-from meshcone.notices import Code, WarningRecord, warning
+from meshcone.notices import Code, Told, WarningRecord, warning
 from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
@@ -26,6 +26,7 @@ from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.quality.deviation.proving import ProvenDeviation
 from meshcone.quality.records import Metrics
+from meshcone.report.asset_checks import NOT_AUDITED
 from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.misfit import misfit
@@ -188,6 +189,13 @@ def _report(
             solved.final, program_positions, options.solver.tolerance, problem.magnification
         )
     solver = _solver_report(options, solved)
+    told = (
+        pair.warnings(*validity, written.asset)
+        + appearance_warnings(appearance, asked=options.quality.appearance)
+        + Told(_solver_warnings(solver, solved))
+    )
+    if not options.audit:
+        told += NOT_AUDITED
     return Report(
         version=version("meshcone"),
         statement=proven and statement(proven.record, pair.unit(options.gates)),
@@ -210,9 +218,7 @@ def _report(
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
         solver=solver,
         certificate=certificate,
-        warnings=pair.warnings(*validity, written.asset)
-        + appearance_warnings(appearance)
-        + _solver_warnings(solver, solved),
+        **told.section(),
         timings=Timings(read=0, quality=0, total=0, metrics=scorer.seconds),
     )
 
@@ -227,7 +233,7 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
         Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
         Audited(file, written.asset, refined.validity),
     )
-    warnings = report.warnings + found.warnings
+    warnings = report.warnings + found.told.warnings
     told = {"asset": found.asset, "changes": found.changes, "warnings": warnings}
     return report.model_copy(update=told)
 

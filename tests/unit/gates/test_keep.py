@@ -212,3 +212,19 @@ def test_every_set_is_of_gates_that_measurements_and_audits_have(what: str) -> N
 def test_keeping_needs_a_reference() -> None:
     with pytest.raises(InputError, match="'keep' is about a reference"):
         audit(gltf(whole()), None, parse_options({"mode": "audit", "keep": ["uvs"]}))
+
+
+def test_normals_are_not_kept_where_another_shape_lies_elsewhere() -> None:
+    """Nothing of it is close enough to the reference to compare normals with."""
+    vertices, faces = shapes.sphere(2)
+    ball = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    corner = vertices * [3.0, 1.0, 0.5] + 0.3 * vertices**2 + [20.0, 0.0, 0.0]
+    inside_out = MeshFile("other.obj", shapes.obj(corner, faces[:, ::-1]))
+
+    report = measure(inside_out, ball, parse_options({**FEW, "keep": ["normals"]}))
+
+    assert {each.code for each in report.warnings} >= {"pose.apart"}
+    assert report.gates is not None
+    assert report.gates.verdict == "not_tested"
+    [opposed] = [each for each in report.gates.checks if each.key == "warnings.normals.opposed"]
+    assert opposed.status == "not_tested"

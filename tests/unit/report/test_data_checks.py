@@ -5,7 +5,7 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
-from meshcone.notices import WarningRecord
+from meshcone.notices import Told, WarningRecord
 from meshcone.options import Options, parse_options
 from meshcone.quality.parts import Partition
 from meshcone.quality.validity import inspect
@@ -38,11 +38,15 @@ def moved(mesh: Mesh, scale: float = 1.0, x: float = 0.0) -> Mesh:
     return mesh.moved_to(mesh.vertices * scale + [x, 0, 0])
 
 
-def data_warnings(source: Mesh, reference: Mesh) -> list[WarningRecord]:
-    found, reference_found = inspect(source, 100_000), inspect(reference, 100_000)
+def told(source: Mesh, reference: Mesh, pairs: int = 100_000) -> Told:
+    found, reference_found = inspect(source, pairs), inspect(reference, pairs)
     return data_checks.data_warnings(
         source, reference, found, reference_found, FRAME, (whole(source), whole(reference))
     )
+
+
+def data_warnings(source: Mesh, reference: Mesh) -> list[WarningRecord]:
+    return told(source, reference).warnings
 
 
 def whole(mesh: Mesh) -> Partition:
@@ -181,3 +185,31 @@ def test_no_defect_is_lost_in_the_reference_frame() -> None:
 
 def file(name: str, mesh: Mesh) -> MeshFile:
     return MeshFile(name, shapes.obj(mesh.vertices, mesh.faces))
+
+
+def test_what_was_not_looked_for_is_told() -> None:
+    elsewhere = moved(BALL, scale=1.0, x=50.0)
+    stretched = elsewhere.moved_to(elsewhere.vertices * [1, 2, 3] + elsewhere.vertices**2 / 99)
+    fits = {"coverage.missing", "normals.opposed", "pieces.missing", "pieces.displaced"}
+
+    assert told(BALL, BALL).not_examined == frozenset()
+    assert told(BALL, BALL, pairs=1).not_examined == {"faces.crossing"}
+    assert told(stretched, BALL).not_examined >= fits
+    assert told(Mesh(VERTICES, FACES[:0]), BALL).not_examined >= {*fits, "faces.crossing"}
+
+
+def test_normals_are_not_compared_where_most_of_the_source_has_nothing_near() -> None:
+    wide = moved(BALL, scale=1.5)
+    bent = wide.moved_to(wide.vertices + 0.5 * np.abs(wide.vertices[:, [1, 2, 0]]))
+
+    assert "normals.opposed" in told(bent, BALL).not_examined
+
+
+def test_parts_of_a_file_of_very_many_are_not_searched() -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]])
+    places = np.array([(x, y, x * y) for x in range(40) for y in range(30)]) / 40
+    vertices = (places[:, None] + corners).reshape(-1, 3)
+    leaves = Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
+
+    expected = {"pieces.missing", "pieces.extra", "pieces.displaced"}
+    assert told(leaves, leaves).not_examined == expected
