@@ -12,6 +12,7 @@ from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile, Closeness
 from meshcone.conflict_words import in_words
 from meshcone.deadline import time_allowed
+from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
 from meshcone.formulation import Formulated, formulate
 from meshcone.gates.fitting import require_known
@@ -41,6 +42,7 @@ from meshcone.views.scene import Scene
 
 # Share of the whole work that is done when each stage begins; measured at 4k vertices.
 _STAGE_STARTS: dict[Stage, float] = {"read": 0.0, "solve": 0.1, "write": 0.65, "quality": 0.7}
+_ASTRAY = 1.0  # radii; no type of number in use is as coarse as the whole mesh
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,7 @@ def refine(
         InputError, LimitError: a file or a gate cannot be used; the message says which and why.
         InfeasibleError: the requested constraints contradict each other.
         SolveTimeoutError: ``options.solver.time_limit`` or ``solve_seconds`` passed.
+        InternalError: what was written is not what is read back.
     """
     require_known(options.gates, "refine")
     tracker = _Tracker(progress)
@@ -165,8 +168,17 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
         sha256=hashlib.sha256(data).hexdigest(),
         bytes=len(data),
     )
-    asset = pair.read_patched(data)
-    return _Written(record, data, asset, pair.written_positions(asset))
+    try:
+        asset = pair.read_patched(data)
+    except InputError as error:  # the source could be read
+        words = f"the refined file cannot be read back: {error.message}"
+        raise InternalError(words, file=record.name, place=error.place) from error
+    positions = pair.written_positions(asset)
+    astray = float(row_lengths(positions - solved.positions).max(initial=0.0))
+    if astray > _ASTRAY:
+        words = f"the refined file has a vertex {astray:.3g} radii from where it was to be"
+        raise InternalError(words, file=record.name)
+    return _Written(record, data, asset, positions)
 
 
 def _report(

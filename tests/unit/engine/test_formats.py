@@ -9,14 +9,15 @@ import pytest
 import trimesh
 
 from meshcone.assets import read_asset
-from meshcone.errors import InputError
+from meshcone.assets.obj.asset import ObjAsset
+from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.verbs.refine import refine
 from tests import shapes
 from tests.unit.assets.builders import Gltf, compress
 from tests.unit.engine.evidence import Evidence
-from tests.unit.engine.pairs import RADIUS, smooth
+from tests.unit.engine.pairs import RADIUS, rough, smooth
 
 CLOSER = 0.5  # of the input's distance
 
@@ -112,3 +113,25 @@ def test_a_selection_needs_the_surface_formulation():
     options = {"formulation": "centroid", "instances": "split", "select": {"nodes": ["two"]}}
     with pytest.raises(InputError, match="surface formulation"):
         refine(source, smooth_pair(), parse_options(options))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (b"v ", b"v 90 ", "has a vertex .* radii from where it was to be"),
+        (b"v ", b"v x", "cannot be read back: .*'x"),
+    ],
+    ids=["other numbers", "no numbers"],
+)
+def test_a_writer_that_damages_a_file_is_ours_to_blame(
+    monkeypatch: pytest.MonkeyPatch, old: bytes, new: bytes, words: str
+) -> None:
+    patched = ObjAsset.patched
+
+    def damaged(asset: ObjAsset, *given: Any) -> bytes:
+        return patched(asset, *given).replace(old, new, 1)
+
+    monkeypatch.setattr(ObjAsset, "patched", damaged)
+    with pytest.raises(InternalError, match=words) as caught:
+        refine(rough(), smooth(), parse_options(FAST))
+    assert caught.value.file == "rough.refined.obj"
