@@ -9,12 +9,16 @@ import numpy as np
 from meshcone.certificate.checks import Check
 from meshcone.certificate.rewriting import require_same_structure
 from meshcone.errors import InputError
+from meshcone.options.deviation import DeviationOptions
 from meshcone.pair import Pair
-from meshcone.quality.deviation.records import Deviation, ProvenInterval
+from meshcone.quality.deviation.area import share_decided
+from meshcone.quality.deviation.bars import Bars, bars_of
+from meshcone.quality.deviation.interval import Asked
+from meshcone.quality.deviation.records import Deviation, ShareInterval
+from meshcone.quality.deviation.triangles import Triangles
 from meshcone.report.report import Report
 from meshcone.report.statement import statement
 from meshcone.surface import Mesh, SurfaceTree
-from meshcone.surface.arrays import Floats
 
 # Rounding on the way into the frame, in which the engine bounds, and out of it.
 _ROUNDING = 1e-9
@@ -80,9 +84,10 @@ def _require_shut(opened: float, allowed: float) -> None:
 
 
 def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair: Pair) -> Check:
-    """Hold every number of the report's section ``deviation``, and its statement, against proof.
+    """Hold the report's section ``deviation``, and its statement, against proof.
 
-    An upper end may be looser than what is proven here, a lower end has to be attained.
+    An upper end may be looser than what is proven here, a lower end has to be attained, and a
+    flag has to follow from ends, options and gates. The line names what is not checked.
 
     Args:
         report: which has such a section.
@@ -92,15 +97,33 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
     """
     stated = report.deviation
     assert stated is not None  # noqa: S101 - there is nothing to check otherwise
-    margin = surface.seam + _ROUNDING * pair.frame.radius
+    radius = pair.frame.radius
+    margin = surface.seam + _ROUNDING * radius
+    near = margin + _ON_SURFACE * radius
+    bars = bars_of(report.options.gates, radius)
     fault = (
         _not_proven(stated, found, margin)
-        or _not_attained(stated, surface, margin + _ON_SURFACE * pair.frame.radius)
-        or _inconsistent(stated, pair.frame.radius, margin)
+        or _not_attained(stated, surface, near)
+        or _inconsistent(stated, radius, margin)
+        or _wrong_sides(stated, found, margin, near)
+        or _wrong_area(stated, found, bars, radius, near)
+        or _wrong_flag(stated, report.options.deviation, bars)
     )
     if fault is None and report.statement != statement(stated, pair.unit(report.options.gates)):
         fault = "the report's statement is not what its intervals say"
-    return Check("deviation", fault is None, fault or "the report's intervals are those found here")
+    return Check("deviation", fault is None, fault or _AGREES + _not_checked(stated))
+
+
+_AGREES = "the report's intervals are those found here"
+
+
+def _not_checked(stated: Deviation) -> str:
+    left = []
+    if stated.outside or stated.inside:
+        left.append("which side of the reference a point is on")
+    if stated.area_beyond:
+        left.append("the share of area beyond the tolerance, but for whether there is any")
+    return f"; {' and '.join(left)}: not checked" if left else ""
 
 
 def _not_proven(stated: Deviation, found: Bounds, margin: float) -> str | None:
@@ -113,12 +136,21 @@ def _not_proven(stated: Deviation, found: Bounds, margin: float) -> str | None:
 
 def _not_attained(stated: Deviation, surface: WrittenSurface, margin: float) -> str | None:
     mesh, reference = surface.mesh, surface.reference
-    for name, here, there in (("extra", mesh, reference), ("missing", reference, mesh)):
-        told: ProvenInterval = getattr(stated, name)
-        at = np.array([told.at])
-        if not (off := _distance(here, at)) <= margin:
+    of_mesh = [
+        (name, told, mesh, reference)
+        for name in ("extra", "outside", "inside")
+        if (told := getattr(stated, name)) is not None
+    ]
+    for name, told, here, there in (*of_mesh, ("missing", stated.missing, reference, mesh)):
+        if told.at is None:
+            if told.lower_model == 0:
+                continue
+            return f"'{name}' names no point that is {told.lower_model:.3g} away"
+        at = np.array(told.at)
+        # The search's answer is a point of the surface, whether or not there is a closer one.
+        if not (off := float(SurfaceTree(here).closest(at[None]).distances[0])) <= margin:
             return f"the farthest point of '{name}' is {off:.3g} away from the surface it is on"
-        if not (away := _distance(there, at)) >= told.lower_model - margin:
+        if not (away := Triangles(there).distance_at_least(at)) >= told.lower_model - margin:
             return (
                 f"the farthest point of '{name}' is {away:.3g} away from the other surface, "
                 f"the report states {told.lower_model:.3g}"
@@ -126,8 +158,71 @@ def _not_attained(stated: Deviation, surface: WrittenSurface, margin: float) -> 
     return None
 
 
-def _distance(mesh: Mesh, at: Floats) -> float:
-    return float(SurfaceTree(mesh).closest(at).distances[0])
+def _wrong_sides(stated: Deviation, found: Bounds, margin: float, near: float) -> str | None:
+    """The farthest point is on one of the sides, and neither goes farther than the whole does."""
+    sides = {name: getattr(stated, name) for name in ("outside", "inside")}
+    told = {name: side for name, side in sides.items() if side is not None}
+    if not told:
+        return None
+    if len(told) == 1:
+        return "the report states one side of the reference without the other"
+    for name, side in told.items():
+        if not side.lower_model <= found.extra + margin:
+            return f"'{name}' begins beyond {found.extra:.3g}, which no point exceeds"
+    upper = max(side.upper_model for side in told.values())
+    if not upper >= stated.extra.lower_model - near:
+        return "neither 'outside' nor 'inside' reaches as far as 'extra' does"
+    return None
+
+
+def _wrong_area(
+    stated: Deviation, found: Bounds, bars: Bars, radius: float, near: float
+) -> str | None:
+    """There is area beyond a tolerance that a point exceeds, and none where no point does."""
+    told = stated.area_beyond
+    if (told is None) != (bars.area is None):
+        return "'area_beyond' is stated without a gate, or a gate on it without it"
+    if told is None or bars.area is None:
+        return None
+    tolerance = bars.area.tolerance
+    if (told.tolerance, told.tolerance_model) != (tolerance, tolerance * radius):
+        return "the tolerance of 'area_beyond' is not that of its gate"
+    for name in ("extra", "missing"):
+        share: ShareInterval = getattr(told, name)
+        if getattr(stated, name).lower_model > told.tolerance_model + near and not share.upper > 0:
+            return f"'{name}' goes beyond the tolerance, 'area_beyond' states that it does not"
+        if getattr(found, name) <= told.tolerance_model - near and not share.lower <= 0:
+            return f"'{name}' stays within the tolerance, 'area_beyond' states that it does not"
+    both = (told.extra, told.missing)
+    larger = tuple(max(getattr(each, end) for each in both) for end in ("lower", "upper"))
+    if (told.lower, told.upper) != larger:
+        return "'area_beyond' is not the larger of both directions"
+    for share in (told, *both):
+        if not 0 <= share.lower <= share.upper <= 1 or share.width != share.upper - share.lower:
+            return "'area_beyond' is no interval of shares, or its width is not that of its ends"
+    return None
+
+
+def _wrong_flag(stated: Deviation, chosen: DeviationOptions, bars: Bars) -> str | None:
+    """Its ends say whether an interval is as narrow as asked for, or decides the gates."""
+    shared = tuple(sorted({*bars.extra} & {*bars.missing}))
+    asked = {"extra": bars.extra, "missing": bars.missing, "max": shared}
+    for name in ("extra", "missing", "max", "outside", "inside"):
+        told = getattr(stated, name)
+        if told is None:
+            continue
+        ask = Asked(chosen.width, chosen.share, chosen.pieces, asked.get(name, ()))
+        if told.proven != ask.answered_by(told.lower, told.upper):
+            return f"whether '{name}' is proven is not what its ends say"
+    area = stated.area_beyond
+    if area is None or bars.area is None:
+        return None
+    for share in (area.extra, area.missing):
+        if share.proven != share_decided(share.lower, share.upper, bars.area.shares, chosen.share):
+            return "whether 'area_beyond' is proven is not what its ends say"
+    if area.proven != (area.extra.proven and area.missing.proven):
+        return "whether 'area_beyond' is proven is not what its directions say"
+    return None
 
 
 def _inconsistent(stated: Deviation, radius: float, margin: float) -> str | None:
@@ -135,7 +230,8 @@ def _inconsistent(stated: Deviation, radius: float, margin: float) -> str | None
     upper = max(stated.extra.upper, stated.missing.upper)
     if (stated.max.lower, stated.max.upper, stated.max.at) != (farther.lower, upper, farther.at):
         return "the report's 'max' is not the larger of both directions"
-    for told in (stated.extra, stated.missing, stated.max):
+    sides = [side for side in (stated.outside, stated.inside) if side is not None]
+    for told in (stated.extra, stated.missing, stated.max, *sides):
         in_model_units = ((told.lower, told.lower_model), (told.upper, told.upper_model))
         if not all(abs(end * radius - model) <= margin for end, model in in_model_units):
             return "the report's ends in model units are not those in radii"

@@ -62,14 +62,17 @@ def area_beyond(
     search = _AreaSearch(Search(mesh, reference, hints), tolerance)
 
     def decided() -> bool:
-        lower, upper = search.share
-        return upper - lower <= width or (
-            bool(bars) and all(upper <= bar or lower > bar for bar in bars)
-        )
+        return share_decided(*search.share, bars, width)
 
     search.run(decided, most_pieces)
     lower, upper = search.share
     return AreaShare(lower, upper, decided())
+
+
+def share_decided(lower: float, upper: float, bars: tuple[float, ...], width: float) -> bool:
+    """Whether a share is known as narrowly as asked, or told from the bars."""
+    told = bool(bars) and all(upper <= bar or lower > bar for bar in bars)
+    return upper - lower <= width or told
 
 
 class _AreaSearch:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshcone.errors import InputError
 from meshcone.quality.deviation.leaves import WEIGHT_PARTS, Leaves
 from meshcone.quality.deviation.placing import Placed
 from meshcone.quality.deviation.triangles import Triangles, corners_among
@@ -17,7 +16,6 @@ from meshcone.surface.arrays import Floats, Ints
 
 # Leaves bounded at a time: memory stays within some tens of megabytes.
 _BLOCK = 65536
-_WEIGHT_ROUNDING = 1e-15
 
 
 def check_leaves(mesh: Mesh, reference: Mesh, leaves: Leaves) -> float:
@@ -52,34 +50,6 @@ def check_leaves(mesh: Mesh, reference: Mesh, leaves: Leaves) -> float:
                 within = corners_among(corners[block], placed.reference.corners[named])
                 equal = uncut and bool((single & within).all())
     return 0.0 if equal else (bound + placed.rounding) * placed.unit
-
-
-def check_point(mesh: Mesh, reference: Mesh, face: int, weights: Floats) -> float:
-    """Prove how far one point of a mesh lies from its reference at least.
-
-    Args:
-        mesh: the point is a point of.
-        reference: in the same unit; every face of it is looked at.
-        face: of the mesh, on which the point lies.
-        weights: (3,) of that face's corners; not negative, adding up to 1.
-
-    Returns:
-        The bound, in the meshes' unit; rounding is taken off it. The largest distance of the
-        whole mesh is at least as much.
-
-    Raises:
-        InputError: there is no such point, or a mesh cannot be measured.
-    """
-    placed = Placed.of(mesh, reference)
-    if not 0 <= face < len(mesh.faces):
-        raise InputError("the point is on a face that the mesh does not have")
-    if weights.shape != (3,) or not (
-        (weights >= 0).all() and abs(float(weights.sum()) - 1) <= _WEIGHT_ROUNDING
-    ):
-        raise InputError("the point is not on the mesh: its weights are not those of a corner mix")
-    point = weights @ placed.mesh.corners[face]
-    height = Triangles(placed.reference).distance_at_least(point)
-    return max(height - placed.rounding, 0.0) * placed.unit
 
 
 def _bounds(

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshcone.errors import InputError
-from meshcone.quality.deviation.check import check_leaves, check_point
+from meshcone.quality.deviation.check import check_leaves
 from meshcone.quality.deviation.leaves import WEIGHT_PARTS, Leaves, halves
 from meshcone.surface import Mesh
 from tests.unit.quality.deviation.soups import KINDS, distances, scattered, soup
@@ -112,19 +112,6 @@ def test_the_mixed_distance_is_the_one_of_exact_arithmetic() -> None:
     assert Fraction(0) <= Fraction(bound) - expected <= Fraction(1, 10**11)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 10_000), st.sampled_from(KINDS), st.sampled_from(KINDS))
-def test_a_point_is_proven_to_be_as_far_as_it_is(seed: int, kind: str, other: str) -> None:
-    mesh, reference = soup(seed, 3, kind), soup(seed + 1, 7, other)
-    weights = np.random.default_rng(seed).dirichlet([1, 1, 1])
-    found = distances((weights @ mesh.corners[1])[None], reference)[0]
-    bound = check_point(mesh, reference, 1, weights)
-    reach = np.abs(mesh.vertices - reference.vertices.mean(axis=0)).max()
-    reach = max(reach, np.ptp(reference.vertices, axis=0).max())
-    rounding = 1e-12 * reach + 1e-15 * np.abs(mesh.vertices).max()
-    assert found - 3e-8 * reach <= bound <= found + rounding
-
-
 def test_halves_tile_what_was_cut() -> None:
     corners = soup(3, 4, "general").corners
     parts = halves(corners, np.array([0, 1, 2, 0]), np.array([0.25, 0.5, 0.9, 1.0]))
@@ -176,18 +163,6 @@ def test_more_cuts_than_rounding_is_bounded_for_are_refused() -> None:
     deep = leaves(1, [(0, 0, 0.5)] + [(1 + 2 * turn, 0, 0.5) for turn in range(250)])
     with pytest.raises(InputError, match="cut more than 200 times"):
         check_leaves(TRIANGLE, TRIANGLE, deep)
-
-
-@pytest.mark.parametrize("weights", [[0.5, 0.5, 0.5], [2.0, -1, 0], [np.nan, 0, 1], [0.5, 0.5]])
-def test_a_point_that_is_not_on_the_mesh_is_refused(weights: list[float]) -> None:
-    with pytest.raises(InputError, match="not on the mesh"):
-        check_point(lifted(1), TRIANGLE, 0, np.array(weights))
-
-
-@pytest.mark.parametrize("face", [-1, 1])
-def test_a_point_of_no_face_is_refused(face: int) -> None:
-    with pytest.raises(InputError, match="does not have"):
-        check_point(lifted(1), TRIANGLE, face, np.array([1.0, 0, 0]))
 
 
 def test_a_record_comes_back_from_its_arrays() -> None:
