@@ -60,9 +60,16 @@ def decide_outcome(
     return "improved" if now < was else "worse"
 
 
-def decide_agreement(measured: Metrics, floor: Metrics) -> Agreement:
-    """Say whether a mesh can be told from its reference: whether it is at the floor."""
-    return "indistinguishable" if at_floor(measured, floor) else "different"
+def decide_agreement(measured: Metrics, floor: Metrics, *, is_opposed: bool) -> Agreement:
+    """Say whether a mesh can be told from its reference.
+
+    Args:
+        measured: the mesh's metrics.
+        floor: the reference's own.
+        is_opposed: whether the mesh, or a part of it, faces the other way: distances do not
+            see it, and what is drawn does.
+    """
+    return "indistinguishable" if at_floor(measured, floor) and not is_opposed else "different"
 
 
 def at_floor(measured: Metrics, floor: Metrics) -> bool:

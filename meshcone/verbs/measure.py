@@ -8,6 +8,7 @@ from importlib.metadata import version
 from meshcone.files import MeshFile
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
+from meshcone.notices import Code
 from meshcone.options import Options
 from meshcone.pair import read_pair
 from meshcone.report.asset_checks import NOT_AUDITED
@@ -82,7 +83,11 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
     report = MeasureReport(
         version=version("meshcone"),
         statement=proven and statement(proven.record, pair.unit(options.gates)),
-        outcome=decide_agreement(quality.input, quality.floor),
+        outcome=decide_agreement(
+            quality.input,
+            quality.floor,
+            is_opposed=any(found.code == Code.NORMALS_OPPOSED for found in told.warnings),
+        ),
         inputs=pair.inputs(quality.input.validity, quality.floor.validity),
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.program.answer import RefinedPositions
 from meshcone.quality.records import Metrics, PointToSurface
 from meshcone.report.outcome import decide_agreement, decide_outcome
 from meshcone.report.report import Outcome
 from meshcone.report.scoring import Scorer
+from meshcone.verbs.measure import measure
+from tests import shapes
 from tests.meshes import sphere
 
 SAMPLES = 5000
@@ -64,5 +67,13 @@ def test_a_difference_within_two_standard_errors_is_none() -> None:
 
 
 def test_a_mesh_can_be_told_from_its_reference_above_the_floor() -> None:
-    assert decide_agreement(BALL.input, BALL.floor) == "indistinguishable"
-    assert decide_agreement(at(1e-5), BALL.floor) == "different"
+    assert decide_agreement(BALL.input, BALL.floor, is_opposed=False) == "indistinguishable"
+    assert decide_agreement(at(1e-5), BALL.floor, is_opposed=False) == "different"
+
+
+def test_a_mesh_turned_inside_out_can_be_told_from_its_reference() -> None:
+    vertices, faces = shapes.sphere(2)
+    ball = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    turned = MeshFile("turned.obj", shapes.obj(vertices, faces[:, ::-1]))
+
+    assert measure(turned, ball, parse_options({"mode": "measure"})).outcome == "different"
