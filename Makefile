@@ -15,9 +15,12 @@ demo: $(STAMP)
 	$(BIN)/meshcone demo
 
 # The tests that start brokers, workers and browsers wait for them most of their time: two files
-# at once, whatever the number of processors. Tests of one file share what they start.
+# at once, whatever the number of processors. Tests of one file share what they start. The tests
+# of the API's contract go by one name, by which they cannot be shared out.
+CONTRACT := tests/acceptance/test_contract.py
 test: check unit
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/integration tests/acceptance
+	$(BIN)/python -m pytest -n 2 --dist loadfile tests/integration tests/acceptance --ignore=$(CONTRACT)
+	$(BIN)/python -m pytest $(CONTRACT)
 
 check: $(TOOLS)
 	$(BIN)/ruff check .
