@@ -94,8 +94,8 @@ def blended(
 ) -> NDArray[np.float64]:
     """(n, 3, 4) maps of linear blend skinning.
 
-    Weights are made to add up to 1, as viewers make them; a vertex without any follows its first
-    joint alone.
+    Weights are divided by the sum of their sizes, as viewers do it (a file may have negative ones);
+    a vertex without any follows its first joint alone.
 
     Args:
         bones: (j, 4, 4) from the mesh in its bind pose to world, for each joint of the skin.
@@ -109,7 +109,7 @@ def blended(
     weights[unweighted, 0] = 1.0
     joints = np.take_along_axis(joints, order, axis=1)
     weights = np.take_along_axis(weights, order, axis=1)
-    weights /= weights.sum(axis=1, keepdims=True)
+    weights /= np.abs(weights).sum(axis=1, keepdims=True)
     maps = np.zeros((len(joints), 3, 4))
     for column in range(joints.shape[1]):
         maps += weights[:, column, None, None] * bones[joints[:, column], :3]

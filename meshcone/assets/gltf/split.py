@@ -148,6 +148,8 @@ class _Claims:
         """Every attribute that is written, node by node."""
         for node, mesh in self._meshes.items():
             for number, attributes in self._attributes(mesh):
+                if "POSITION" not in attributes:  # draws nothing, whatever else it has
+                    continue
                 for role in ("POSITION", "NORMAL", "TANGENT"):
                     if (node, role, attributes.get(role)) in self._written:
                         accessor = self._accessors.describe(attributes[role])

@@ -140,6 +140,14 @@ def test_weights_need_not_add_up_to_one() -> None:
     assert np.allclose(read(gltf).positions, expected, atol=1e-6)
 
 
+def test_weights_that_add_up_to_nothing_are_read_as_numbers() -> None:
+    gltf = skinned()
+    weights = gltf.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"]
+    start = gltf.json["bufferViews"][gltf.json["accessors"][weights]["bufferView"]]["byteOffset"]
+    gltf.binary[start : start + 16] = np.array([0.5, -0.5, 0, 0], dtype="<f4").tobytes()
+    assert np.isfinite(read(gltf).positions).all()
+
+
 def test_a_vertex_that_its_joints_flatten_cannot_be_moved() -> None:
     gltf = skinned()
     gltf.json["nodes"][2]["scale"] = [1, 1, 0]

@@ -108,6 +108,17 @@ def test_meshes_that_share_positions_get_their_own():
     assert after.positions == pytest.approx(moved[asset.weld], abs=1e-6)
 
 
+def test_a_primitive_without_positions_claims_no_normals():
+    gltf = two_cubes()
+    [primitive] = gltf.json["meshes"][0]["primitives"]
+    normals = primitive["attributes"]["NORMAL"]
+    gltf.json["meshes"][0]["primitives"].append({"attributes": {"NORMAL": normals}})
+    asset = read(gltf.glb())
+    moved = drift(asset)
+    after = read(asset.patched(moved, SPLIT))
+    assert after.positions == pytest.approx(moved[asset.weld], abs=1e-6)
+
+
 def test_positions_that_are_also_a_morph_target_are_copied():
     gltf = cube_gltf()
     gltf.json["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
