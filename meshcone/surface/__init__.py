@@ -4,5 +4,15 @@ from meshcone.surface.closest import ClosestPoints, SurfaceTree
 from meshcone.surface.frame import Frame
 from meshcone.surface.mesh import Mesh
 from meshcone.surface.sampling import SurfaceSamples, sample_surface
+from meshcone.surface.subdivision import DividedFaces, Subdivision
 
-__all__ = ["ClosestPoints", "Frame", "Mesh", "SurfaceSamples", "SurfaceTree", "sample_surface"]
+__all__ = [
+    "ClosestPoints",
+    "DividedFaces",
+    "Frame",
+    "Mesh",
+    "Subdivision",
+    "SurfaceSamples",
+    "SurfaceTree",
+    "sample_surface",
+]
