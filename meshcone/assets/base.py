@@ -18,6 +18,7 @@ from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
 from meshcone.notices import Notice
 from meshcone.options import Options, SelectOptions
+from meshcone.surface.subdivision import Subdivision
 
 _DEFAULT = WritePolicy()
 # The divisions of a file that answer for a kind of part, the first that it has.
@@ -71,6 +72,7 @@ class Asset(abc.ABC):
 
     format: str
     media_type: str
+    _data: bytes
 
     def __init__(
         self,
@@ -207,6 +209,34 @@ class Asset(abc.ABC):
 
     @abc.abstractmethod
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes: ...
+
+    def divided(self, subdivision: Subdivision) -> bytes:
+        """Write the same file with its faces divided, and nothing moved.
+
+        Every new vertex lies on the face or edge it divides, and has each of its attributes
+        interpolated there. Vertices that were there keep theirs, to the last bit where the
+        type they are stored in can hold what lies between them. Faces that are not divided
+        stay as they are, and where none is the answer is the input, byte for byte.
+
+        Args:
+            subdivision: of ``self.faces``; it tiles them and conforms.
+
+        Raises:
+            InputError: the format, or something in this file, cannot be divided.
+            ValueError: the subdivision is not one of these faces.
+        """
+        if subdivision.sources != len(self.faces) or not subdivision.is_tiling():
+            raise ValueError("the subdivision does not tile the faces of the file")
+        if not subdivision.divided.any():
+            return self._data
+        with naming(self.name):
+            return self._divide(subdivision)
+
+    def _divide(self, subdivision: Subdivision) -> bytes:  # noqa: ARG002
+        raise InputError(
+            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ, GLB or "
+            "glTF file"
+        )
 
     def parts(self, by: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
         """The parts of the surface, by node, mesh, material or group.
