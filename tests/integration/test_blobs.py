@@ -6,8 +6,10 @@ import hashlib
 import io
 import logging
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -17,6 +19,7 @@ from worker.jobs.identifiers import new_job_id
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 from worker.storage.errors import DamagedFileError
+from worker.storage.local import Directory
 from worker.storage.register import BlobRegister
 
 HOLDER = "test"
@@ -71,6 +74,38 @@ def test_a_spooled_upload_is_stored_whole_wherever_it_was_read_to(
 
     assert blobs.get(digest) == large
     assert b"".join(blobs.chunks(digest, range(5, 600_000))) == large[5:600_000]
+
+
+class _WaitsForAnother(Directory):
+    """Writes nothing before two write."""
+
+    def __init__(self, root: Path) -> None:
+        super().__init__(root)
+        self._two = threading.Barrier(2, timeout=60)
+
+    def write(self, name: str, file: IO[bytes]) -> None:
+        self._two.wait()
+        super().write(name, file)
+
+
+def test_files_that_are_stored_together_are_written_side_by_side(
+    register: BlobRegister, content: bytes, tmp_path: Path
+) -> None:
+    blobs = BlobStore(_WaitsForAnother(tmp_path), register)
+
+    digests = blobs.put_all([content + b"1", content + b"2", content + b"1"], HOLDER)
+
+    assert [blobs.get(digest)[-1:] for digest in digests] == [b"1", b"2", b"1"]
+
+
+def test_of_files_stored_together_one_that_cannot_be_is_said(
+    blobs: BlobStore, register: BlobRegister, content: bytes
+) -> None:
+    held = hashlib.sha256(content).hexdigest()
+    register.lease([held], HOLDER)
+
+    with pytest.raises(FileNotFoundError):
+        blobs.put_files({held: io.BytesIO(content), "0" * 64: io.BytesIO(b"nobody's")})
 
 
 def test_an_empty_file_is_a_blob_too(blobs: BlobStore) -> None:

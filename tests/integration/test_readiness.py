@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from starlette.testclient import TestClient
 from service.api.app import create_app
 from service.settings import ServiceSettings
 from tests.integration.jobs import make_job
+from tests.integration.object_store import object_store
 from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
@@ -86,17 +88,39 @@ def test_a_file_store_that_cannot_be_written_is_not_ready(
     (settings.data_dir / "blobs").rmdir()
     (settings.data_dir / "blobs").write_text("a file where the folder was")
 
-    assert "the file store in the data directory cannot be written" in unready(http)
+    assert "the file store cannot be used: not a directory" in unready(http)
 
 
 def test_a_directory_named_by_url_is_asked_as_well(
     settings: ServiceSettings, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("a file where a folder should be")
-    elsewhere = settings.model_copy(update={"blob_url": f"file://{tmp_path}/file/blobs"})
 
-    with TestClient(create_app(elsewhere, keys_required=False), "http://127.0.0.1:8000") as http:
-        assert "the file store" in unready(http)
+    assert "the file store" in unready_with(f"file://{tmp_path}/file/blobs", settings)
+
+
+def test_a_bucket_that_is_not_there_is_not_ready(
+    settings: ServiceSettings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with object_store("meshes") as server:
+        for name, value in server.environment.items():
+            monkeypatch.setenv(name, value)
+
+        assert "file store" in unready_with("s3://another-bucket/prefix", settings)
+
+
+def test_a_bucket_out_of_reach_is_not_ready(
+    settings: ServiceSettings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with socket.socket() as nobody:  # its port, once closed, is free
+        nobody.bind(("127.0.0.1", 0))
+        port = nobody.getsockname()[1]
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
+    monkeypatch.setenv("AWS_ALLOW_HTTP", "true")
+    monkeypatch.setenv("AWS_ACCESS_KEY_ID", "tests")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "tests")
+
+    assert "cannot be reached" in unready_with("s3://meshes/prefix", settings)
 
 
 def test_a_full_queue_is_degraded_and_says_so(http: TestClient, redis: Redis) -> None:
@@ -133,3 +157,10 @@ def unready(http: TestClient) -> str:
     assert answer.status_code == 503
     said: str = answer.json()["detail"]
     return said
+
+
+def unready_with(blob_url: str, settings: ServiceSettings) -> str:
+    """Why a service with its files elsewhere is not ready."""
+    elsewhere = settings.model_copy(update={"blob_url": blob_url})
+    with TestClient(create_app(elsewhere, keys_required=False), "http://127.0.0.1:8000") as http:
+        return unready(http)

@@ -177,12 +177,13 @@ class _Results:
     blobs: BlobStore
 
     def store(self, files: Mapping[str, ArtifactFile]) -> dict[str, Artifact]:
+        digests = self.blobs.put_all([file.data for file in files.values()], self.job_id)
         return {
             name: Artifact(
-                digest=self.blobs.put(file.data, self.job_id),
+                digest=digest,
                 media_type=file.media_type,
                 filename=file.filename,
                 size=len(file.data),
             )
-            for name, file in files.items()
+            for digest, (name, file) in zip(digests, files.items(), strict=True)
         }

@@ -11,7 +11,8 @@ import io
 import logging
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import IO, TYPE_CHECKING, Self
 
 from worker.storage.errors import DamagedFileError, StoreError
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _CHUNK = 1024 * 1024  # bytes
+_WRITERS = 4  # at a time, of files that are stored together
 _REMEMBERED = 10_000  # versions of blobs known to be sound
 
 
@@ -50,10 +52,29 @@ class BlobStore:
 
     def put(self, data: bytes, holder: str) -> str:
         """Lease a blob for somebody, store its bytes, and return their digest."""
-        digest = hashlib.sha256(data).hexdigest()
-        self._register.lease([digest], holder)
-        self.put_file(io.BytesIO(data), digest)
+        (digest,) = self.put_all([data], holder)
         return digest
+
+    def put_all(self, contents: Iterable[bytes], holder: str) -> list[str]:
+        """Lease blobs for somebody, store their bytes, and return their digests, in order."""
+        contents = list(contents)
+        digests = [hashlib.sha256(data).hexdigest() for data in contents]
+        self._register.lease(digests, holder)
+        self.put_files({d: io.BytesIO(data) for d, data in zip(digests, contents, strict=True)})
+        return digests
+
+    def put_files(self, files: Mapping[str, IO[bytes]]) -> None:
+        """Store open files by their digests, several at a time, as :meth:`put_file` does one.
+
+        Most of the time a disk or a bucket lets its writer wait, and it lets several wait together.
+        """
+        if len(files) < 2:
+            for digest, file in files.items():
+                self.put_file(file, digest)
+            return
+        with ThreadPoolExecutor(min(_WRITERS, len(files))) as writers:
+            for written in [writers.submit(self.put_file, f, d) for d, f in files.items()]:
+                written.result()
 
     def put_file(self, file: IO[bytes], digest: str) -> bool:
         """Store an open file's whole content, without holding it in memory.
@@ -158,6 +179,14 @@ class BlobStore:
                 self._register.forget(name)
                 removed += 1
         return removed
+
+    def require_writable(self) -> None:
+        """Try at once whether something can be written.
+
+        Raises:
+            StoreError: it cannot, with the reason.
+        """
+        self._place.require_writable()
 
     def clear_unfinished(self) -> int:
         """Remove what writers that died have left, and return how many files that was."""

@@ -25,6 +25,7 @@ logger = logging.getLogger(__name__)
 
 _CHUNK = 1024 * 1024  # bytes
 _PART = 5 * 1024 * 1024  # bytes; the least that S3 takes as a part
+_PROBE = "ready"  # an object that is written to see whether any can be
 _PIECE = 256 * 1024  # bytes; what each download holds in memory
 # By default a request that fails is repeated for three minutes and more. Its time limits, of 5 s
 # and 30 s, stay: options given here would replace all those of the environment.
@@ -37,13 +38,16 @@ class Bucket:
     Build one in the process that uses it: its threads do not survive a fork.
     """
 
-    def __init__(self, store: ObjectStore) -> None:
+    def __init__(self, store: ObjectStore, hasty: ObjectStore) -> None:
         self._store = store
+        self._hasty = hasty  # the same bucket, where a request that fails is not repeated
 
     @classmethod
     def open(cls, url: str) -> Self:
         """The bucket of a URL such as s3://bucket/prefix."""
-        return cls(from_url(url, retry_config=_RETRIES))
+        return cls(
+            from_url(url, retry_config=_RETRIES), from_url(url, retry_config={"max_retries": 0})
+        )
 
     def version(self, name: str) -> Version:
         """See :class:`worker.storage.places.Place`."""
@@ -84,6 +88,11 @@ class Bucket:
         """See :class:`worker.storage.places.Place`."""
         with _plainly(), suppress(FileNotFoundError):
             obstore.delete(self._store, name)
+
+    def require_writable(self) -> None:
+        """See :class:`worker.storage.places.Place`."""
+        with _plainly():
+            obstore.put(self._hasty, _PROBE, b"ready", use_multipart=False)
 
     def clear_unfinished(self) -> int:
         """Nothing: the client cannot list unfinished uploads; a rule of the bucket can."""

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO
 
 from worker.storage.errors import StoreError, StoreFullError
@@ -91,6 +92,12 @@ class Directory:
         """See :class:`worker.storage.places.Place`."""
         with _plainly():
             (self._root / name).unlink(missing_ok=True)
+
+    def require_writable(self) -> None:
+        """See :class:`worker.storage.places.Place`."""
+        with _plainly(), TemporaryFile(dir=self._root, buffering=0) as probe:
+            self._require_room(probe)
+            probe.write(b"ready")
 
     def clear_unfinished(self) -> int:
         """See :class:`worker.storage.places.Place`."""

@@ -38,6 +38,9 @@ class Place(Protocol):
     def delete(self, name: str) -> None:
         """Remove what is there, if anything is."""
 
+    def require_writable(self) -> None:
+        """Try at once whether something can be written; no name of a blob is used for it."""
+
     def clear_unfinished(self) -> int:
         """Remove what writers that died have left, and return how many files that was."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tempfile import TemporaryFile
 from typing import Any, Literal
 
 from fastapi import APIRouter
@@ -11,10 +10,8 @@ from redis.exceptions import RedisError
 
 from service.api.context import ContextDependency
 from service.problems import MEDIA_TYPE, ProblemError, broker_problem, problem
-from service.settings import ServiceSettings
-from worker.disk import has_room
-from worker.storage.local import ROOM_LEFT
-from worker.storage.places import store_directory
+from worker.storage.blobs import BlobStore
+from worker.storage.errors import StoreError
 
 router = APIRouter(tags=["health"])
 
@@ -63,7 +60,7 @@ def readyz(context: ContextDependency) -> Readiness:
         waiting = context.ledger.index.count("queued")
     except RedisError as error:
         raise broker_problem(error, context.settings.data_dir) from None
-    reason = _store_trouble(context.settings)
+    reason = _store_trouble(context.blobs)
     if reason is None and workers == 0:
         reason = "no worker is running"
     if reason is not None:
@@ -77,16 +74,12 @@ def readyz(context: ContextDependency) -> Readiness:
     return Readiness(workers=workers)
 
 
-def _store_trouble(settings: ServiceSettings) -> str | None:
-    """Why the directory of files takes no writes; None if it does, or files are in a bucket."""
-    directory = store_directory(settings)
-    if directory is None:
-        return None
+def _store_trouble(blobs: BlobStore) -> str | None:
+    """Why the file store takes no writes; None if it does."""
     try:
-        if not has_room(directory, ROOM_LEFT):
-            return "the disk of the data directory is full; work goes on when it has room"
-        with TemporaryFile(dir=directory, buffering=0) as probe:
-            probe.write(b"ready")
-    except OSError as error:
-        return f"the file store in the data directory cannot be written: {error.strerror}"
+        blobs.require_writable()
+    except FileNotFoundError:
+        return "the directory or bucket of the file store is not there"
+    except StoreError as error:
+        return str(error)
     return None

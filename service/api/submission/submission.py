@@ -54,11 +54,6 @@ class IncomingFile:
             copy.writelines(blobs.chunks(self.stored.digest))
             yield copy
 
-    def keep(self, blobs: BlobStore) -> None:
-        """Have it in the store."""
-        if self.upload is not None:
-            blobs.put_file(self.upload.file, self.stored.digest)
-
 
 @dataclass(frozen=True)
 class Submission:
@@ -230,8 +225,9 @@ def _enter(
     record: JobRecord, submission: Submission, claim: Claim | None, context: Context
 ) -> JobRecord:
     context.register.lease({file.stored.digest for file in submission.files}, record.id)
-    for file in submission.files:
-        file.keep(context.blobs)
+    context.blobs.put_files(
+        {file.stored.digest: file.upload.file for file in submission.files if file.upload}
+    )
     key = None
     if claim is not None:
         key = BoundKey(claim.place, submission.fingerprint(), KEY_REMEMBERED)
