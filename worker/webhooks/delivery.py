@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import random
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,11 +10,14 @@ import httpcore2
 import structlog
 from redis.exceptions import RedisError
 
-from worker.webhooks.addresses import PublicBackend
+from worker.outbound.addresses import PublicBackend
+from worker.outbound.due import pause_before, work_through
 from worker.webhooks.schedule import Schedule, Taken
 from worker.webhooks.signing import SECRETS, signed_headers
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from redis.asyncio import Redis
 
     from worker.jobs.outbox import Message
@@ -26,9 +27,6 @@ logger = structlog.get_logger(__name__)
 
 _AT_ONCE = 32  # deliveries; a slow receiver must not hold up the others
 _GROWTH = 6  # of the pause before each further try: 5 s, 30 s, 3 min, 18 min, 1.8 h, 10.8 h
-_JITTER = 0.2  # share of a pause, so that what failed together is not sent together
-_LOOK_INTERVAL = 5.0  # seconds
-_BROKER_PAUSE = 1.0  # seconds
 _GONE = 410  # HTTP status by which a receiver says that it wants no more
 
 
@@ -66,41 +64,17 @@ class Delivery:
 
     async def run(self) -> None:
         """Send until :meth:`stop` is called; a broker that is away is waited for."""
-        sending: set[asyncio.Task[None]] = set()
-        stopped = asyncio.create_task(self._stopping.wait())
-        while not self._stopping.is_set():
-            taken = await self._due(_AT_ONCE - len(sending))
-            for each in taken:
-                task = asyncio.create_task(self._deliver(each))
-                sending.add(task)
-                task.add_done_callback(sending.discard)
-            waiting = asyncio.create_task(self._wait(full=len(sending) >= _AT_ONCE))
-            await asyncio.wait({stopped, waiting}, return_when=asyncio.FIRST_COMPLETED)
-            waiting.cancel()
-            with suppress(asyncio.CancelledError):
-                await waiting
-        await asyncio.gather(*sending)
+        await work_through(self, self._deliver, self._stopping, _AT_ONCE)
         await self._pool.aclose()
 
-    async def _due(self, count: int) -> list[Taken]:
-        if count <= 0:
-            return []
-        try:
-            await self._schedule.collect()
-            return list(await self._schedule.take(count, 2 * self._settings.webhook_timeout + 10))
-        except RedisError as error:
-            logger.error("the broker cannot be used", error=str(error))
-            await asyncio.sleep(_BROKER_PAUSE)
-            return []
+    async def take(self, count: int) -> Sequence[Taken]:
+        """Up to ``count`` messages that are due."""
+        await self._schedule.collect()
+        return await self._schedule.take(count, 2 * self._settings.webhook_timeout + 10)
 
-    async def _wait(self, *, full: bool) -> None:
-        if full:
-            await asyncio.sleep(0.1)
-            return
-        try:
-            await self._schedule.wait(_LOOK_INTERVAL)
-        except RedisError:
-            await asyncio.sleep(_BROKER_PAUSE)
+    async def wait(self, seconds: float) -> None:
+        """Wait until there may be more to send, some seconds at most."""
+        await self._schedule.wait(seconds)
 
     async def _deliver(self, taken: Taken) -> None:
         """Send a message once, and note what came of it; nothing that it does ends the process."""
@@ -118,17 +92,13 @@ class Delivery:
                 log.error("webhook given up", reason=failure.reason)
                 await self._schedule.settle(message, "given_up")
             else:
-                pause = self._pause(taken.tries)
+                pause = pause_before(taken.tries, self._settings.webhook_first_delay, _GROWTH)
                 log.warning(
                     "webhook not delivered", reason=failure.reason, again_in=round(pause, 1)
                 )
                 await self._schedule.postpone(message, pause)
         except RedisError as error:  # due again when its time is over
             log.error("the broker cannot be used", error=str(error))
-
-    def _pause(self, tries: int) -> float:
-        spread = 1 + random.uniform(-_JITTER, _JITTER)  # noqa: S311 - nothing is kept secret by it
-        return float(self._settings.webhook_first_delay) * float(_GROWTH) ** (tries - 1) * spread
 
     async def _send(self, message: Message) -> _Failure | None:
         """Send a message once; None if it was received."""

@@ -1,8 +1,7 @@
 """Which webhooks are to be sent, and when: kept in the broker, so that none is forgotten.
 
 The ledger writes them to its outbox. Here each gets a time at which it is due. Who takes one
-moves its time beyond what sending can take: if that process dies, it is due again. So every
-message is sent at least once.
+moves its time beyond what sending can take, so that every message is sent at least once.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ import structlog
 from worker.jobs.ledger_keys import COUNTERS, WEBHOOKS
 from worker.jobs.outbox import DROPPED, KEPT, Message
 from worker.jobs.records import FINAL_STATES
+from worker.outbound.due import DueList
 
 if TYPE_CHECKING:
     from redis.asyncio import Redis
@@ -31,14 +31,10 @@ _AT_ONCE = 100  # entries of the stream
 
 logger = structlog.get_logger(__name__)
 
-_NOW = """
+_COLLECT = f"""
 local time = redis.call('TIME')
 local now = tonumber(time[1]) + tonumber(time[2]) / 1e6
-"""
 
-_COLLECT = (
-    _NOW
-    + f"""
 -- ARGV: entries at most, messages kept at most, then the states that are told of.
 -- Answers how many entries there were, and why others than these became no message.
 local told, lost = {{}}, {{}}
@@ -94,38 +90,6 @@ end
 if #lost > 0 then redis.call('HINCRBY', KEYS[5], '{DROPPED}', #lost) end
 return {{#entries, lost}}
 """
-)
-
-_TAKE = (
-    _NOW
-    + """
--- ARGV: messages at most, seconds they are taken for
-local taken = {}
-for _, id in ipairs(redis.call('ZRANGEBYSCORE', KEYS[2], '-inf', string.format('%.6f', now),
-                               'LIMIT', 0, ARGV[1])) do
-  redis.call('ZADD', KEYS[2], string.format('%.6f', now + tonumber(ARGV[2])), id)
-  local tries = redis.call('HINCRBY', KEYS[4], id, 1)
-  taken[#taken + 1] = {id, redis.call('HGET', KEYS[3], id) or '', tries}
-end
-return taken
-"""
-)
-
-_POSTPONE = (
-    _NOW
-    + """
--- ARGV: id, seconds
-redis.call('ZADD', KEYS[2], 'XX', string.format('%.6f', now + tonumber(ARGV[2])), ARGV[1])
-"""
-)
-
-_WAIT = (
-    _NOW
-    + """
-local first = redis.call('ZRANGE', KEYS[2], 0, 0, 'WITHSCORES')
-return first[2] and tostring(tonumber(first[2]) - now) or ''
-"""
-)
 
 
 @dataclass(frozen=True)
@@ -150,9 +114,7 @@ class Schedule:
     def __init__(self, client: Redis) -> None:
         self._client = client
         self._collect = client.register_script(_COLLECT)
-        self._take = client.register_script(_TAKE)
-        self._postpone = client.register_script(_POSTPONE)
-        self._wait = client.register_script(_WAIT)
+        self._due = DueList(client, DUE, TRIES)
 
     async def collect(self) -> None:
         """Take over what the ledger has written since; what cannot be read is dropped."""
@@ -168,19 +130,20 @@ class Schedule:
 
         One that cannot be read is dropped, so that it keeps no other from being sent.
         """
-        answer = await self._take(keys=_KEYS, args=[count, seconds])
+        due = await self._due.take(count, seconds)
+        texts = await self._client.hmget(MESSAGES, [each.name for each in due]) if due else []
         taken = []
-        for message_id, text, tries in answer:
+        for each, text in zip(due, texts, strict=True):
             try:
-                taken.append(Taken(Message.decoded(text), int(tries)))
+                taken.append(Taken(Message.decoded(str(text or "")), each.tries))
             except ValueError as error:
-                logger.error("webhook dropped", message=message_id, reason=str(error))
-                await self._forget(message_id, "dropped")
+                logger.error("webhook dropped", message=each.name, reason=str(error))
+                await self._forget(each.name, "dropped")
         return taken
 
     async def postpone(self, message: Message, seconds: float) -> None:
         """Have a message sent again later."""
-        await self._postpone(keys=_KEYS, args=[message.id, seconds])
+        await self._due.postpone(message.id, seconds)
 
     async def settle(self, message: Message, outcome: Outcome) -> None:
         """Forget a message, and count what became of it."""
@@ -196,6 +159,5 @@ class Schedule:
 
     async def wait(self, seconds: float) -> None:
         """Wait until the ledger writes something, a message is due, or some seconds are over."""
-        due = await self._wait(keys=_KEYS, args=[])
-        pause = min(seconds, max(float(due), 0.01)) if due else seconds
+        pause = await self._due.seconds_until_next(seconds)
         await self._client.xread({WEBHOOKS: "0"}, count=1, block=int(1000 * pause) or 1)

@@ -6,7 +6,7 @@ from typing import Any
 
 from service.api.schemas import LABEL_LENGTH, NamedBlob
 from service.api.submission.uploads import MAX_LABELS
-from worker.webhooks.addresses import URL_LENGTH
+from worker.outbound.addresses import URL_LENGTH
 
 _BYTES = {"type": "string", "contentMediaType": "application/octet-stream"}
 _BLOB = {

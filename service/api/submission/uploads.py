@@ -19,7 +19,7 @@ from meshcone.relative_names import inside
 from service.api.schemas import LABEL_LENGTH, NamedBlob
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
-from worker.webhooks.addresses import require_webhook_url
+from worker.outbound.addresses import require_url
 
 _RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
 FIELDS = ("source", "reference", "options", *_RESOURCE_FIELDS, "label", "webhook")
@@ -252,4 +252,4 @@ def _webhook(form: FormData, settings: ServiceSettings) -> str | None:
         return None
     if not isinstance(value, str):
         raise InputError("form field 'webhook' must be plain text, found a file")
-    return require_webhook_url(value, private_addresses=settings.webhook_private_addresses)
+    return require_url(value, "the webhook", private_addresses=settings.webhook_private_addresses)

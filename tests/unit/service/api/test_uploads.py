@@ -169,7 +169,7 @@ def test_a_mesh_that_cannot_be_written_is_refused_as_source(http: TestClient) ->
     ("url", "said"),
     [
         ("http://example.org/", "the webhook must be a URL that begins with https://"),
-        ("https://10.0.0.1/", "the webhook's address is not a public one"),
+        ("https://10.0.0.1/", "the webhook leads to an address that is not a public one"),
         ("https://example.org/", "there is nothing to sign the webhook with"),
     ],
 )

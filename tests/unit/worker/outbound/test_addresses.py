@@ -1,4 +1,4 @@
-"""Where webhooks may go."""
+"""Where this machine may connect to."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import ipaddress
 import pytest
 
 from meshcone.errors import InputError
-from worker.webhooks.addresses import is_public, require_webhook_url
+from worker.outbound.addresses import is_public, require_url
 
 
 @pytest.mark.parametrize(
@@ -113,12 +113,12 @@ def test_a_public_address_is_known_as_such(address: str) -> None:
         ("https://169.254.169.254/latest", "not a public one"),
     ],
 )
-def test_a_webhook_that_could_not_be_sent_is_refused_with_its_job(url: str, said: str) -> None:
+def test_a_url_that_could_not_be_connected_to_is_refused_at_once(url: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        require_webhook_url(url, private_addresses=False)
+        require_url(url, "the webhook", private_addresses=False)
 
 
 def test_a_closed_network_can_be_allowed() -> None:
     url = "http://10.0.0.1:8080/hook?job=1"
 
-    assert require_webhook_url(url, private_addresses=True) == url
+    assert require_url(url, "the webhook", private_addresses=True) == url

@@ -1,4 +1,4 @@
-"""Where a webhook may go: public addresses, checked at the moment of connecting.
+"""Where this machine may connect to: public addresses, checked at the moment of connecting.
 
 A name is resolved once, and the connection made to the very address that was checked: a
 name that points elsewhere a moment later (DNS rebinding) gains nothing.
@@ -26,7 +26,7 @@ URL_LENGTH = 2048  # characters
 
 # What follows is written out, because what Python calls global differs between its versions.
 # It is all of IANA's special-purpose address registries, what they call reachable included:
-# no receiver of webhooks is there. Multicast has a registry of its own.
+# no server of other people is there. Multicast has a registry of its own.
 _SPECIAL_IPV4 = tuple(
     ipaddress.IPv4Network(block)
     for block in (
@@ -62,7 +62,7 @@ _SPECIAL_IPV6 = tuple(
     )
 )
 # Other spellings of an IPv4 address, which then decides. A host without IPv4 is given the
-# second by its resolver for every receiver that has no IPv6 (RFC 6147).
+# second by its resolver for every server that has no IPv6 (RFC 6147).
 _CARRIERS_OF_IPV4 = (
     ipaddress.IPv6Network("::ffff:0:0/96"),  # RFC 4291, section 2.5.5.2
     ipaddress.IPv6Network("64:ff9b::/96"),  # RFC 6052, section 2.1
@@ -70,7 +70,7 @@ _CARRIERS_OF_IPV4 = (
 
 
 class RefusedAddressError(ConnectError):
-    """The receiver's name leads to no address that may be connected to."""
+    """The server's name leads to no address that may be connected to."""
 
 
 def is_public(address: Address) -> bool:
@@ -82,8 +82,13 @@ def is_public(address: Address) -> bool:
     return not any(address in block for block in _SPECIAL_IPV4)
 
 
-def require_webhook_url(url: str, *, private_addresses: bool) -> str:
-    """Return a webhook's URL if it could be sent to; its name is resolved only then.
+def require_url(url: str, what: str, *, private_addresses: bool) -> str:
+    """Return a URL if it could be connected to; its name is resolved only then.
+
+    Args:
+        url: what a stranger has sent.
+        what: what to call it in messages, such as "the webhook".
+        private_addresses: whether addresses that are not public, and http, are allowed.
 
     Raises:
         InputError: it is no URL, or one that will not be connected to.
@@ -92,20 +97,18 @@ def require_webhook_url(url: str, *, private_addresses: bool) -> str:
         parts = urlsplit(url)
         host, _port = parts.hostname, parts.port
     except ValueError:
-        raise InputError("the webhook is no URL") from None
+        raise InputError(f"{what} is no URL") from None
     if len(url) > URL_LENGTH or not url.isascii() or not url.isprintable() or " " in url:
-        raise InputError(f"the webhook must be a URL of up to {URL_LENGTH} ASCII characters")
+        raise InputError(f"{what} must be a URL of up to {URL_LENGTH} ASCII characters")
     schemes = ("https", "http") if private_addresses else ("https",)
     if parts.scheme not in schemes or not host:
-        raise InputError(f"the webhook must be a URL that begins with {schemes[0]}://")
+        raise InputError(f"{what} must be a URL that begins with {schemes[0]}://")
     if parts.username is not None or parts.password is not None:
-        raise InputError(
-            "the webhook must not carry a user or a password; its signature proves who sent it"
-        )
+        raise InputError(f"{what} must not carry a user or a password")
     if parts.fragment:
-        raise InputError("the webhook must not have a fragment")
+        raise InputError(f"{what} must not have a fragment")
     if not private_addresses and _is_refused_literal(host):
-        raise InputError("the webhook's address is not a public one")
+        raise InputError(f"{what} leads to an address that is not a public one")
     return url
 
 
@@ -132,7 +135,7 @@ class PublicBackend(AsyncNetworkBackend):
         """
         addresses = await _resolved(host, port)
         if not self._private_addresses and not all(map(is_public, addresses)):
-            raise RefusedAddressError("the receiver's address is not a public one")
+            raise RefusedAddressError("the server's address is not a public one")
         return await self._backend.connect_tcp(
             str(addresses[0]), port, timeout, local_address, socket_options
         )
@@ -142,7 +145,7 @@ async def _resolved(host: str, port: int) -> list[Address]:
     try:
         found = await anyio.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError):
-        raise ConnectError("the receiver's name cannot be resolved") from None
+        raise ConnectError("the server's name cannot be resolved") from None
     return [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
 
 
