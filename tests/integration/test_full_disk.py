@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from meshcone.files import MeshFile
+from service.client import Client
 from tests.calling import Caller, Form, small_form
+from tests.holding import Hold
 from tests.integration.waiting import wait_for
 from tests.serving import Service, starting
 
@@ -49,6 +52,28 @@ def test_a_full_disk_is_said_and_all_goes_on_when_it_has_room(tmp_path: Path, pa
         assert {caller.state(caller.accepted[each]) for each in (0, -1)} == {"succeeded"}
         assert set(caller.alive) == {200}
         assert set(caller.statuses) <= {200, 202, 503}
+
+
+def test_a_job_whose_results_find_no_room_waits_and_no_attempt_is_counted(
+    tmp_path: Path, ball: MeshFile, rough_ball: MeshFile, hold: Hold
+) -> None:
+    files = tmp_path / "files"
+    files.mkdir()
+    elsewhere = {"MESHCONE_BLOB_URL": files.as_uri(), "MESHCONE_ATTEMPTS": "1"}
+    with (
+        starting(
+            tmp_path, within=[*SMALL_DISK, str(files)], **hold.environment(), **elsewhere
+        ) as service,
+        Client(service.url()) as client,
+    ):
+        job = client.submit(hold.mesh(rough_ball), ball)
+        wait_for(lambda: client.job(job.id).state == "running")
+        with full(inside(service, files)):
+            hold.release()
+            wait_for(lambda: f"job {job.id} waits" in service.log.read_text(), 120)
+            assert client.job(job.id).state in {"queued", "running"}
+
+        wait_for(lambda: client.job(job.id).state == "succeeded", 120)
 
 
 def with_other_content(pair: Form) -> Form:

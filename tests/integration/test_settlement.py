@@ -12,7 +12,7 @@ from worker.jobs.ledger import Ledger, TransitionRefusedError
 from worker.jobs.records import JobRecord
 from worker.run.attendance import Cause, Ending
 from worker.run.horse import Death
-from worker.run.settlement import settle
+from worker.run.settlement import DISK_FULL, settle
 
 ATTEMPTS = 3
 SEGFAULT = Ending(Cause.DIED, Death(None, signal.SIGSEGV))
@@ -94,6 +94,14 @@ def test_a_worker_that_stops_burns_no_attempt(ledger: Ledger, last_attempt: JobR
     ledger.begin(last_attempt.id)
     again = ledger.get(last_attempt.id)
     assert settled(ledger, again, SEGFAULT).state == "failed"
+
+
+def test_a_job_whose_results_find_no_room_waits_and_burns_no_attempt(
+    ledger: Ledger, last_attempt: JobRecord
+) -> None:
+    waiting = settled(ledger, last_attempt, Ending(Cause.DIED, Death(DISK_FULL, None)))
+
+    assert (waiting.state, waiting.handed_back) == ("queued", 1)
 
 
 def test_a_canceled_attempt_ends_as_canceled(ledger: Ledger, running_job: JobRecord) -> None:

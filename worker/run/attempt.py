@@ -24,7 +24,7 @@ from worker.run import tracing
 from worker.run.attendance import attend
 from worker.run.horse import Horse
 from worker.run.memory_watch import MemoryWatch
-from worker.run.settlement import leave_to_newer_worker, settle
+from worker.run.settlement import DISK_FULL, leave_to_newer_worker, settle
 from worker.run.stopping import StopRequest
 from worker.settings import WorkerSettings
 
@@ -152,6 +152,7 @@ class Attempts:
         if state is None:
             return record.state
         logger.info("attempt ended, the job is now %s", state)
-        if state == "queued":
+        # Where the disk is full another attempt would end at once: the reconciler sends that one.
+        if state == "queued" and ending.death.code != DISK_FULL:
             self.queue.enqueue(job_id)
         return state

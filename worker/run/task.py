@@ -37,11 +37,11 @@ from worker.jobs.records import Artifact, JobError, JobRecord, JobState, StoredF
 from worker.run.artifacts import ArtifactFile, JobFiles, of_audit, of_measurement, of_refinement
 from worker.run.progress import ProgressReporter
 from worker.run.sandbox import confine
-from worker.run.settlement import MEMORY_MESSAGE, TIMEOUT_MESSAGE
+from worker.run.settlement import DISK_FULL, MEMORY_MESSAGE, TIMEOUT_MESSAGE
 from worker.run.time_limit import TimeLimitReached, time_limit
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
-from worker.storage.errors import DamagedFileError, StoreError
+from worker.storage.errors import DamagedFileError, StoreError, StoreFullError
 from worker.storage.register import BlobRegister
 
 logger = logging.getLogger(__name__)
@@ -54,7 +54,8 @@ def run(job_id: str, attempt: int) -> int:
 
     Returns:
         An exit code: ``EX_OK`` if the ledger has been told, or knows better;
-        ``EX_TEMPFAIL`` if broker or file store failed, which may be worth another attempt.
+        ``EX_TEMPFAIL`` if broker or file store failed, which may be worth another attempt;
+        ``DISK_FULL`` if the results find no room, which is no fault of the job.
     """
     settings = load_settings(WorkerSettings)
     confine(settings)
@@ -69,6 +70,8 @@ def run(job_id: str, attempt: int) -> int:
     except (TransitionRefusedError, UnknownJobError) as refusal:
         # Canceled, or taken up by another worker that thought this one dead.
         logger.warning("left alone: %s", refusal)
+    except StoreFullError:
+        return DISK_FULL
     except (RedisError, StoreError):
         logger.exception("broker or file store failed under job %s", job_id)
         return os.EX_TEMPFAIL
