@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from meshcone.certificate.checks import Verification
     from meshcone.options import Mode, Options
     from meshcone.progress import ProgressCallback
-    from meshcone.verbs.within import Promise
 
 Gates = Mapping[str, Any] | str | os.PathLike[str]
 
@@ -49,7 +48,8 @@ def refine(
             ``.report.gates``.
         progress: called between stages and rounds with a ``meshcone.progress.Progress``.
         **options: those of ``docs/options.md``: ``effort="fast"``, and a mapping for what
-            has a dot there: ``surface={"edge_cap": 3}``.
+            has a dot there: ``surface={"edge_cap": 3}``. ``within="0.5mm"`` is a tolerance to
+            reach and to prove; ``.report.within`` says whether it is reached, and where not.
 
     Returns:
         A result with ``.mesh``, ``.data``, ``.report``, ``.certificate`` and ``.save(path)``.
@@ -75,32 +75,11 @@ def refine_loaded(
     progress: ProgressCallback | None = None,
 ) -> Refined:
     """Refine as :func:`refine` does, with what it has made of its arguments."""
-    from meshcone.verbs.refine import refine as run  # 2.5 s, not to be paid for a mistyped name
+    from meshcone.verbs.within import refine_within  # 2.5 s, not to be paid for a mistyped name
 
     source = source.with_file(options.cones.pin.vertices_file)
     with one_thread():
-        return Refined(source, reference, run(source, reference, options, progress=progress))
-
-
-def refine_loaded_within(
-    source: LoadedMesh,
-    reference: LoadedMesh,
-    options: Options,
-    tolerance: str,
-    progress: ProgressCallback | None = None,
-) -> tuple[Refined, Promise]:
-    """Refine to a tolerance, given as ``meshcone refine --within`` takes it.
-
-    Raises:
-        meshcone.errors.InputError: it is none; and what :func:`refine` raises.
-    """
-    from meshcone.verbs.within import Tolerance, refine_within
-
-    source = source.with_file(options.cones.pin.vertices_file)
-    asked = Tolerance.parse(tolerance)
-    with one_thread():
-        found = refine_within(source, reference, options, asked, progress)
-    return Refined(source, reference, found.refinement), found
+        return Refined(source, reference, refine_within(source, reference, options, progress))
 
 
 def measure(

@@ -25,6 +25,7 @@ class OptionKeywords(TypedDict, total=False):
     select: Mapping[str, Any]
     seed: int
     baselines: bool
+    within: str | float
     audit: bool
     centroid: Mapping[str, Any]
     surface: Mapping[str, Any]

@@ -7,7 +7,7 @@ to the reference's radius (the unit sphere of the paper) unless a field says oth
 
 from meshcone.options.cones import ConeOptions, EdgeCapOptions, Length, PinOptions
 from meshcone.options.deviation import DeviationOptions
-from meshcone.options.everything import Formulation, Mode, Options
+from meshcone.options.everything import WITHIN_GATE, Formulation, Mode, Options
 from meshcone.options.files import SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
@@ -17,10 +17,12 @@ from meshcone.options.reading import (
     parse_options_json,
     read_options_json,
 )
+from meshcone.options.tolerance import Tolerance
 from meshcone.options.version import OPTIONS_VERSION
 
 __all__ = [
     "OPTIONS_VERSION",
+    "WITHIN_GATE",
     "CentroidOptions",
     "ConeOptions",
     "DeviationOptions",
@@ -34,6 +36,7 @@ __all__ = [
     "SelectOptions",
     "SolverOptions",
     "SurfaceOptions",
+    "Tolerance",
     "parse_assignments",
     "parse_options",
     "parse_options_json",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from meshcone.errors import InputError
 from meshcone.gates.keep import Kept
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
@@ -15,10 +16,12 @@ from meshcone.options.files import SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
 from meshcone.options.section import Section
+from meshcone.options.tolerance import TOLERANCE_LENGTH, Tolerance
 
 Formulation = Literal["surface", "centroid"]
 Mode = Literal["refine", "measure", "audit"]
 
+WITHIN_GATE = "deviation.max"
 # What a preset puts in place of the defaults; what a caller sets besides still holds.
 _PRESETS: dict[str, dict[str, Any]] = {
     "paper": {
@@ -26,6 +29,11 @@ _PRESETS: dict[str, dict[str, Any]] = {
         "quality": {"sampling": "random", "samples": 5000, "emd_samples": 5000},
     }
 }
+
+
+def _number_as_text(given: Any) -> Any:
+    is_number = isinstance(given, int | float) and not isinstance(given, bool)
+    return str(given) if is_number else given
 
 
 class Options(Section):
@@ -87,6 +95,13 @@ class Options(Section):
         description="score plain closest-point projection and Laplacian smoothing of the "
         "source as well",
     )
+    within: Annotated[str, BeforeValidator(_number_as_text)] | None = Field(
+        None,
+        min_length=1,
+        max_length=TOLERANCE_LENGTH,
+        description="how close the surfaces have to be proven to be: 0.5 or 0.5mm in the unit of "
+        "the files, or 0.2% of the radius; where the proof fails, the refinement is tried harder",
+    )
     audit: bool = Field(
         True,
         description="look at the whole assets as well, and at what else changed: textures, "
@@ -98,6 +113,46 @@ class Options(Section):
     solver: SolverOptions = SolverOptions()
     quality: QualityOptions = QualityOptions()
     deviation: DeviationOptions = DeviationOptions()
+
+    @field_validator("within")
+    @classmethod
+    def _a_tolerance(cls, given: str | None, info: ValidationInfo) -> str | None:
+        if given is None:
+            return None
+        mode = info.data.get("mode", "refine")
+        if mode != "refine":
+            raise ValueError(f"it is for refinements, and the mode is '{mode}'")
+        try:
+            Tolerance.parse(given)
+        except InputError as error:
+            raise ValueError(error.message) from None
+        return given
+
+    def gated_within(self, source: str, reference: str) -> Options:
+        """Options of one refinement to the tolerance: a gate on the proven deviation instead.
+
+        Distances are those of the reference, which no alignment but a similarity scales the source
+        to.
+
+        Args:
+            source: name of the source's file, whose format says what its unit is.
+            reference: name of the reference's.
+
+        Raises:
+            InputError: nothing would be proven, there is such a gate already, or the tolerance has
+                a unit that is not known for these files.
+        """
+        if self.within is None:
+            return self
+        if WITHIN_GATE in self.gates:
+            raise InputError(f"a tolerance is a gate on '{WITHIN_GATE}', and there is one already")
+        if not self.deviation.prove:
+            raise InputError("a tolerance needs the proof that `deviation.prove` turns off")
+        sized = (reference,) if self.align == "similarity" else (reference, source)
+        asked = Tolerance.parse(self.within).for_files(sized)
+        bound = {"max": asked.value} if asked.relative else {"max_model": asked.value}
+        rule = GateRule.model_validate({**bound, "unit": asked.unit})
+        return self.model_copy(update={"gates": {**self.gates, WITHIN_GATE: rule}, "within": None})
 
     @model_validator(mode="before")
     @classmethod

@@ -16,6 +16,7 @@ from meshcone.options import Options
 from meshcone.program.diagnostics import Residuals, SolverReport
 from meshcone.quality.deviation.records import Deviation
 from meshcone.quality.records import Quality, Validity
+from meshcone.report.within import WithinRecord
 
 Outcome = Literal[
     "improved",
@@ -224,6 +225,7 @@ class Report(_Record):
         "where the option `audit` is false",
     )
     deviation: ProvenSection = None
+    within: WithinRecord | None = Field(None, description="absent where no tolerance was asked for")
     output: OutputRecord
     displacement: Displacement
     solver: SolverReport

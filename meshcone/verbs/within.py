@@ -2,153 +2,117 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import PurePosixPath
+from dataclasses import replace
+from time import monotonic
 
-from meshcone.errors import InfeasibleError, InputError, LimitError, SolveTimeoutError
+from meshcone.errors import InfeasibleError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
-from meshcone.gates.rules import GateRule
-from meshcone.options import Options
-from meshcone.progress import ProgressCallback
+from meshcone.gates.units import unit_of
+from meshcone.options import WITHIN_GATE, Options
+from meshcone.progress import Progress, ProgressCallback
+from meshcone.report.report import Report
+from meshcone.report.within import PlaceBeyond, WithinRecord
 from meshcone.verbs.refine import Refinement, refine
 
-_GATE = "deviation.max"
-_TOLERANCE = re.compile(r"(?P<number>\d*\.?\d+(?:[eE][+-]?\d+)?) ?(?P<unit>%|[A-Za-z]{0,20})")
-# Of a glTF, whose distances are metres (glTF 2.0, section 3.4).
-_METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
 # Rounds with ever less fairness, after those that were asked for: they trade a smooth surface
 # for a close one. The second time each vertex moves more freely besides.
 _MORE_ROUNDS = (0.01, 0.003, 0.001)
 _FREER = {"proximity": 0.001, "tangential": 0.03}
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """How far the refined surface and the reference may go from each other.
-
-    Attributes:
-        value: in the unit of the files, or relative to the reference's radius.
-        relative: which of both.
-        unit: what the unit of the files is called, if it was named.
-    """
-
-    value: float
-    relative: bool = False
-    unit: str | None = None
-
-    @staticmethod
-    def parse(text: str) -> Tolerance:
-        """Read ``0.5``, ``0.5mm`` (named as the files' unit) or ``0.2%`` (of the radius).
-
-        Raises:
-            InputError: it is none of these, or not positive.
-        """
-        found = _TOLERANCE.fullmatch(text.strip())
-        value = float(found["number"]) if found else 0.0
-        if found is None or not 1e-12 <= value <= 1e12:
-            raise InputError(
-                f"'{text}' is no tolerance: expected a length in the unit of the files, such as "
-                "0.5 or 0.5mm, or a share of the radius, such as 0.2%"
-            )
-        if found["unit"] == "%":
-            return Tolerance(value / 100, relative=True)
-        return Tolerance(value, unit=found["unit"] or None)
-
-    def in_metres(self) -> Tolerance:
-        """The same where the unit of the files is the metre.
-
-        Raises:
-            InputError: the unit is named, and is none of those known.
-        """
-        if self.relative or self.unit is None:
-            return self
-        if self.unit not in _METRES:
-            known = ", ".join(_METRES)
-            raise InputError(
-                f"a glTF is in metres, and '{self.unit}' is no unit known here: expected a length "
-                f"in one of {known}"
-            )
-        return Tolerance(self.value * _METRES[self.unit], unit="m")
-
-    def gated(self, options: Options) -> Options:
-        """Options with a gate on the proven deviation.
-
-        Raises:
-            InputError: nothing would be proven, or there is such a gate already.
-        """
-        if _GATE in options.gates:
-            raise InputError(f"a tolerance is a gate on '{_GATE}', and there is one already")
-        if not options.deviation.prove:
-            raise InputError("a tolerance needs the proof that `deviation.prove` turns off")
-        bound = {"max": self.value} if self.relative else {"max_model": self.value}
-        rule = GateRule.model_validate({**bound, "unit": self.unit})
-        return options.model_copy(update={"gates": {**options.gates, _GATE: rule}})
-
-
-@dataclass(frozen=True)
-class Promise:
-    """What came of it.
-
-    Attributes:
-        refinement: the first that is proven to be within the tolerance, or else the one
-            whose farthest sample or vertex is nearest.
-        kept: whether it is proven to be within.
-        attempts: refinements made.
-    """
-
-    refinement: Refinement
-    kept: bool
-    attempts: int
+# A further attempt has more rounds than the one before, and what comes after its solve takes time
+# too: with less time than this many of the longest, it would end in nothing.
+_TIMES_THE_LONGEST = 2.0
 
 
 def refine_within(
     source: MeshFile,
     reference: MeshFile,
     options: Options,
-    tolerance: Tolerance,
     progress: ProgressCallback | None = None,
-) -> Promise:
-    """Refine until no point of either surface is proven to be farther than a tolerance.
+    solve_seconds: float | None = None,
+) -> Refinement:
+    """Refine; where the options have a tolerance, until the result is proven to be within it.
 
-    Each attempt is a refinement of its own, from the source; its report states the options it
+    Each attempt is a refinement of its own, from the source. Its report states the options it
     was made with, so that it can be verified and replayed like any other.
 
     Args:
         source: the mesh to refine.
         reference: the mesh it should have been.
         options: of the first attempt.
-        tolerance: what to reach; converted into metres where the unit of the files is the metre.
         progress: called between stages and rounds of each attempt.
+        solve_seconds: what all attempts together may take. It is the machine's business, as for
+            :func:`meshcone.verbs.refine.refine`.
+
+    Returns:
+        The first that is within the tolerance, or else the one whose farthest sample or vertex is
+        nearest; the section ``within`` of its report says which. Without a tolerance, the only
+        one.
 
     Raises:
+        InputError: there is a gate on the deviation besides, no proof is to be made, or the unit
+            of the tolerance is not known.
         InputError, LimitError, InfeasibleError, SolveTimeoutError: as a refinement, by the
             first attempt.
     """
-    # Distances are those of the reference, which no other alignment scales the source to.
-    sized = (reference,) if options.align == "similarity" else (reference, source)
-    if any(PurePosixPath(each.name.lower()).suffix in (".glb", ".gltf") for each in sized):
-        tolerance = tolerance.in_metres()
+    if options.within is None:
+        return refine(source, reference, options, progress, solve_seconds)
+    plans = list(_plans(options.gated_within(source.name, reference.name)))
+    clock = _Clock(solve_seconds)
     best: Refinement | None = None
     attempts = 0
-    for chosen in _attempts(tolerance.gated(options)):
+    for number, chosen in enumerate(plans):
+        if best is not None and not clock.allows_another():
+            break
         attempts += 1
+        shown = None if progress is None else _part_of(progress, number, len(plans))
         try:
-            found = refine(source, reference, chosen, progress)
+            with clock:
+                found = refine(source, reference, chosen, shown, clock.left())
         except (InfeasibleError, LimitError, SolveTimeoutError):
             if best is None:
                 raise
             break  # trying harder takes more than there is; what was found before stands
-        if _is_within(found):
-            return Promise(found, kept=True, attempts=attempts)
+        if _is_within(found.report):
+            best = found
+            break
         if best is None or _farthest(found) < _farthest(best):
             best = found
     assert best is not None  # noqa: S101 - the first attempt is always made
-    return Promise(best, kept=False, attempts=attempts)
+    told = within_record(best.report, options.within, attempts)
+    return replace(best, report=best.report.model_copy(update={"within": told}))
 
 
-def _attempts(options: Options) -> Iterator[Options]:
+def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
+    """What a report says of a tolerance that its options have as a gate."""
+    assert report.deviation is not None  # noqa: S101 - no tolerance is taken without it
+    rule, radius = report.options.gates[WITHIN_GATE], report.frame.radius
+    limit = rule.max_model if rule.max is None else rule.max * radius
+    assert limit is not None  # noqa: S101 - the gate has one of both
+    places = [
+        PlaceBeyond(on=each.on, position=each.position, distance_model=each.distance * radius)
+        for each in report.quality.worst_points
+        if each.distance * radius > limit
+    ]
+    reached = _is_within(report)
+    if not reached and not places:
+        intervals = {"mesh": report.deviation.extra, "reference": report.deviation.missing}
+        places = [
+            PlaceBeyond(on=side, position=found.at, distance_model=found.lower_model)
+            for side, found in intervals.items()
+            if found.lower_model > limit
+        ]
+    return WithinRecord(
+        asked=asked,
+        limit_model=limit,
+        unit=rule.unit or unit_of(report.inputs.reference.format),
+        reached=reached,
+        attempts=attempts,
+        places=() if reached else tuple(places),
+    )
+
+
+def _plans(options: Options) -> Iterator[Options]:
     """What was asked for; and, where that is the surface program, two ways to try harder."""
     yield options
     surface = options.surface
@@ -159,10 +123,18 @@ def _attempts(options: Options) -> Iterator[Options]:
         yield options.model_copy(update={"surface": harder})
 
 
-def _is_within(found: Refinement) -> bool:
-    verdict = found.report.gates
-    return verdict is not None and all(
-        check.status == "pass" for check in verdict.checks if check.key == _GATE
+def _part_of(progress: ProgressCallback, number: int, attempts: int) -> ProgressCallback:
+    """Tell of one attempt as a part of all there may be."""
+
+    def tell(seen: Progress) -> None:
+        progress(replace(seen, fraction=(number + seen.fraction) / attempts))
+
+    return tell
+
+
+def _is_within(report: Report) -> bool:
+    return report.gates is not None and all(
+        check.status == "pass" for check in report.gates.checks if check.key == WITHIN_GATE
     )
 
 
@@ -170,3 +142,28 @@ def _farthest(found: Refinement) -> float:
     refined = found.report.quality.refined
     assert refined is not None  # noqa: S101 - the report is of a refinement
     return refined.point_to_surface.max
+
+
+class _Clock:
+    """The time that attempts take, of what there is for all of them."""
+
+    def __init__(self, seconds: float | None) -> None:
+        self._seconds = seconds
+        self._spent = 0.0
+        self._longest = 0.0
+        self._began = 0.0
+
+    def __enter__(self) -> None:
+        self._began = monotonic()
+
+    def __exit__(self, *_: object) -> None:
+        took = monotonic() - self._began
+        self._spent += took
+        self._longest = max(self._longest, took)
+
+    def left(self) -> float | None:
+        return None if self._seconds is None else self._seconds - self._spent
+
+    def allows_another(self) -> bool:
+        left = self.left()
+        return left is None or left >= _TIMES_THE_LONGEST * self._longest

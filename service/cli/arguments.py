@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from meshcone.options import Options, parse_assignments, parse_options
+from meshcone.errors import InputError
+from meshcone.options import Mode, Options, parse_assignments, parse_options
 
 Source = Annotated[
     Path,
@@ -43,16 +44,37 @@ Per = Annotated[
 
 
 def options_from(
-    assignments: list[str] | None, formulation: str | None = None, per: str | None = None
+    assignments: list[str] | None,
+    formulation: str | None = None,
+    per: str | None = None,
+    within: str | None = None,
+    mode: Mode | None = None,
 ) -> Options:
-    """The options that ``--set``, ``--formulation`` and ``--per`` ask for.
+    """The options that ``--set``, ``--formulation``, ``--per`` and ``--within`` ask for.
+
+    Args:
+        assignments: of ``--set``.
+        formulation: of ``--formulation``.
+        per: of ``--per``.
+        within: of ``--within``.
+        mode: of the command, if it has one of its own.
 
     Raises:
-        InputError: one of them does not exist or is out of range.
+        InputError: one of them does not exist or is out of range, or the mode is another
+            command's.
     """
     document = parse_assignments(assignments or ())
+    if mode is not None:
+        document.setdefault("mode", mode)
     if formulation is not None:
         document["formulation"] = formulation
+    if within is not None:
+        document["within"] = within
     if per is not None:
         document["quality"] = {**document.get("quality", {}), "per": per}
-    return parse_options(document)
+    options = parse_options(document)
+    if mode is not None and options.mode != mode:
+        raise InputError(
+            f"the mode '{options.mode}' is not this command's: use `meshcone {options.mode}`"
+        )
+    return options

@@ -48,11 +48,10 @@ def command(
     choice = GateChoice(profile, schema, product, keep, gates)
     inputs = [file, *([] if reference is None else [reference]), *choice.files()]
     require_places([report], [each for path in inputs for each in files_of(path)])
-    options = options_from(assignments)
-    if options.model_fields_set & {"mode", "gates"}:
-        raise InputError("'mode' is audit here, and 'gates' are set by --gates")
-    gate_table = choice.for_file(file, "audit")
-    options = options.model_copy(update={"mode": "audit", "gates": gate_table})
+    options = options_from(assignments, mode="audit")
+    if "gates" in options.model_fields_set:
+        raise InputError("'gates' are set by --gates here")
+    options = options.model_copy(update={"gates": choice.for_file(file, "audit")})
     source_file = read_local(file)
     reference_file = None if reference is None else read_local(reference)
 

@@ -123,7 +123,10 @@ def command(
         raise InputError("--gates is missing: name the file with the gates to pass, or a --profile")
     pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always=set(choice.files()))
     require_places(places, (file for pair in pairs for file in pair.files()))
-    work = _jobs(pairs, choice, _options(assignments, per), refine, outputs.viewed, label)
+    options = _options(assignments, per)
+    if options.within is not None and not refine:
+        raise InputError("option 'within' is a tolerance to refine to: it needs --refine")
+    work = _jobs(pairs, choice, options, refine, outputs.viewed, label)
     if not outputs.viewed:
         work = [job.at_least_cost() for job in work]
     if not work:

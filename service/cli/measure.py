@@ -38,7 +38,7 @@ def command(
     Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
     file cannot be used, 3 after a fault of MeshCone's own.
     """
-    options = options_from(assignments, per=per)
+    options = options_from(assignments, per=per, mode="measure")
     table = GateChoice(profile, schema, product, keep, gates).for_file(source, "measure")
     if table and options.gates:
         raise InputError("'gates' are set twice, by --set and by a file, profile or schema")

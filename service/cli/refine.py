@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from meshcone.errors import InputError
 from meshcone.outputs import certificate_path
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
+from service.cli.missed import MISSED_SECTIONS, missed_lines
 from service.cli.progress_bar import progress_bar
 
-if TYPE_CHECKING:
-    from meshcone.report.report import Report
-
 _NOT_REACHED = 1
-_PLACES = 5
-_GATE = "deviation.max"
 
 
 def command(
@@ -59,61 +54,30 @@ def command(
     assignments: Assignments = None,
 ) -> int:
     """Refine SOURCE towards REFERENCE."""
-    from meshcone.library.functions import refine_loaded, refine_loaded_within
+    from meshcone.library.functions import refine_loaded
     from meshcone.library.inputs import load_unread
     from meshcone.library.results import require_saveable
 
-    options = options_from(assignments, formulation, per)
-    if options.mode != "refine":
-        raise InputError(
-            f"the mode '{options.mode}' is for jobs: use `meshcone {options.mode}` here"
-        )
+    options = options_from(assignments, formulation, per, within, mode="refine")
     source_file, reference_file = load_unread(source, "source"), load_unread(reference, "reference")
     source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)
-    promise = None
     with progress_bar() as show:
-        if within is None:
-            refined = refine_loaded(source_file, reference_file, options, progress=show)
-        else:
-            refined, promise = refine_loaded_within(
-                source_file, reference_file, options, within, progress=show
-            )
+        refined = refine_loaded(source_file, reference_file, options, progress=show)
     refined.save(out, report=report, html=html)
-    for warning in refined.report.warnings:
+    done = refined.report
+    for warning in done.warnings:
         typer.echo(f"warning        {warning}", err=True)
-    reached = promise is None or promise.kept
-    if promise is not None and not promise.kept:
-        for line in _missed(refined.report, within or "", promise.attempts):
-            typer.echo(line, err=True)
+    lines = missed_lines(done.model_dump(include=set(MISSED_SECTIONS)))
+    for line in lines:
+        typer.echo(line, err=True)
     if quiet:
-        return 0 if reached else _NOT_REACHED
+        return _NOT_REACHED if lines else 0
     beside = [report] if report is not None else []
     if report is not None and refined.certificate is not None:
         beside.append(certificate_path(report))
-    _show(refined.report.model_dump(mode="json"), [out, *beside, *([html] if html else [])])
-    return 0 if reached else _NOT_REACHED
-
-
-def _missed(report: Report, within: str, attempts: int) -> Iterator[str]:
-    """That a tolerance was not reached, and where."""
-    from meshcone.gates.units import unit_of
-    from meshcone.gates.words import number, point
-
-    yield f"not within {within}, after {attempts} refinements; the closest of them was written"
-    checks = report.gates.checks if report.gates is not None else ()
-    for check in (each for each in checks if each.key == _GATE):
-        yield f"reason         {check.words}"
-        scale = report.frame.radius if check.bound == "max_model" else 1.0
-        beyond = [
-            place
-            for place in report.quality.worst_points
-            if check.limit is not None and scale * place.distance > check.limit
-        ]
-        unit = report.options.gates[_GATE].unit or unit_of(report.inputs.reference.format)
-        for place in beyond[:_PLACES]:
-            distance = number(place.distance * report.frame.radius)
-            yield f"place          {distance} {unit} off near {point(place.position)}"
+    _show(done.model_dump(mode="json"), [out, *beside, *([html] if html else [])])
+    return _NOT_REACHED if lines else 0
 
 
 def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:

@@ -11,12 +11,14 @@ from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
 from service.cli.arguments import Assignments, Per, Source, options_from
+from service.cli.missed import missed_lines
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
     from service.api.schemas import Job
     from service.client import Client
 
+_NOT_REACHED = 1  # exit code
 _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
 
@@ -58,11 +60,12 @@ def command(
     ] = None,
     per: Per = None,
     assignments: Assignments = None,
-) -> None:
+) -> int:
     """Send SOURCE and REFERENCE to a service.
 
-    It waits for what --out and --report are to hold. Without either it prints where the job
-    is and waits for nothing. An API key is taken from MESHCONE_API_KEY.
+    It waits for what --out and --report are to hold, and exits with 1 where a tolerance (--set
+    within=0.5mm) is not reached. Without either it prints where the job is and waits for nothing.
+    An API key is taken from MESHCONE_API_KEY.
     """
     options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
@@ -94,13 +97,18 @@ def command(
             )
             if out is None and report is None:
                 typer.echo(f"{server.rstrip('/')}{job.links.self}")
-                return
-            contents = _results(client, _ended(client, job), out, report)
+                return 0
+            ended = _ended(client, job)
+            contents = _results(client, ended, out, report)
+            missed = [] if options.within is None else missed_lines(client.report(ended.id))
         except ServiceError as error:
             raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
             raise InternalError(f"the service does not answer: {error}") from None
     write_together(contents)
+    for line in missed:
+        typer.echo(line, err=True)
+    return _NOT_REACHED if missed else 0
 
 
 def _ended(client: Client, job: Job) -> Job:

@@ -126,9 +126,9 @@ def _judgement(job: GateJob) -> Judgement:
 
         done = measurement(source, reference, job.options)
     else:
-        from meshcone.verbs.refine import refine
+        from meshcone.verbs.within import refine_within
 
-        done = refine(source, reference, job.options)
+        done = refine_within(source, reference, job.options)
     return _of(done.report, _view(done) if job.viewed else None)
 
 

@@ -313,6 +313,13 @@ def test_openapi_check_tells_a_stale_file(tmp_path: Path) -> None:
     assert (written.returncode, current.returncode) == (0, 0)
 
 
+@pytest.mark.parametrize("mode", ["audit", "refine"])
+def test_a_measurement_is_no_other_work(directory: Path, mode: str) -> None:
+    told = meshcone(directory, "measure", "rough.obj", "ball.obj", "--set", f"mode={mode}")
+
+    assert_refused(told, f"the mode '{mode}' is not this command's: use `meshcone {mode}`")
+
+
 def test_a_tolerance_is_reached_and_proven_or_exits_with_1_and_places(directory: Path) -> None:
     quick = ("--set", "effort=fast", "--set", "quality.samples=500")
     kept = meshcone(

@@ -38,6 +38,23 @@ def pair(tmp_path: Path, rough_ball: MeshFile, ball: MeshFile) -> list[str]:
     return [str(path) for path in paths]
 
 
+def test_a_tolerance_that_a_service_does_not_reach_exits_with_1_and_places(
+    stack: Stack, pair: list[str], tmp_path: Path
+) -> None:
+    quick = ("--set", "effort=fast", "--set", "quality.samples=500")
+    out = tmp_path / "out.obj"
+    send = ("submit", *pair, "--server", stack.url, "-o", str(out), *quick)
+
+    missed = meshcone(*send, "--set", "within=1e-9%")
+    reached = meshcone(*send, "--set", "within=0.5mm")
+
+    assert missed.returncode == 1
+    assert missed.stderr.startswith("not within 1e-9%, after 3 refinements")
+    assert "place  " in missed.stderr
+    assert out.exists()
+    assert (reached.returncode, reached.stderr) == (0, "")
+
+
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Stack, Path]]:
     """A service that asks for keys, and its data directory."""

@@ -24,7 +24,7 @@ from meshcone.progress import ProgressCallback
 from meshcone.settings import load_settings
 from meshcone.verbs.audit import audit
 from meshcone.verbs.measure import measurement
-from meshcone.verbs.refine import refine
+from meshcone.verbs.within import refine_within
 from worker.broker.connections import connect_text
 from worker.broker.patience import patiently
 from worker.jobs.ledger import (
@@ -153,7 +153,8 @@ def _work(
     if options.mode == "measure":
         return of_measurement(record.source.name, measurement(source, reference, options))
     # Below the job's own limit, so that the solver's C code returns before the alarm.
-    made = refine(source, reference, options, progress, solve_seconds=SOLVER_SHARE * seconds)
+    limit = SOLVER_SHARE * seconds
+    made = refine_within(source, reference, options, progress, solve_seconds=limit)
     return of_refinement(record.source.name, made)
 
 

@@ -111,9 +111,13 @@ async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
     sent = await _options(form)
     options = _sound(parse_options(sent))
     _require_list(options, resources)
+    source = _file("source", _single(form, "source"))
+    reference = _reference(form, options, resources["reference_resources"])
+    if reference is not None:
+        options.gated_within(source.name, reference.name)  # refuses a tolerance that cannot be used
     return SubmittedForm(
-        source=_file("source", _single(form, "source")),
-        reference=_reference(form, options, resources["reference_resources"]),
+        source=source,
+        reference=reference,
         **resources,
         options=options,
         options_as_sent=sent,

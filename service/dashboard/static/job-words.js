@@ -39,6 +39,15 @@ export function verdictSentence(gates) {
   return "Not decided: something could not be tested.";
 }
 
+/** Whether a tolerance was reached, and where it was not. */
+export function withinSentence({ asked, reached, attempts, places, unit }) {
+  const tries = `${attempts} ${attempts === 1 ? "refinement" : "refinements"}`;
+  if (reached) return `Within ${asked}, as asked: reached with ${tries}.`;
+  const worst = places[0];
+  const where = worst ? ` Worst place: ${number(worst.distance_model)} ${unit} off near (${worst.position.map((each) => number(each)).join(", ")}).` : "";
+  return `Not within ${asked} after ${tries}; this is the closest of them.${where}`;
+}
+
 /** The files of a job: source and, unless an asset was audited by itself, reference. */
 export const pairWords = (job) => (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
 

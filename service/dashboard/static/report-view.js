@@ -4,7 +4,7 @@ import { directionsCard } from "meshcone/directions";
 import { h } from "meshcone/dom";
 import { auditCards } from "meshcone/audit-cards";
 import { number, seconds } from "meshcone/format";
-import { chip, outcomeSentence, verdictSentence } from "meshcone/job-words";
+import { chip, outcomeSentence, verdictSentence, withinSentence } from "meshcone/job-words";
 import { metricsTable } from "meshcone/metrics-table";
 import { solverPanel } from "meshcone/solver-panel";
 import { ViewerCard } from "meshcone/viewer-card";
@@ -19,6 +19,7 @@ export function verdictCard(report) {
     gates && h("p", { class: "headline" }, verdictSentence(gates)),
     report.statement && h("p", { class: gates ? "" : "headline", "data-testid": "statement" }, `${report.statement[0].toUpperCase()}${report.statement.slice(1)}.`),
     h("p", { class: gates || report.statement ? "" : "headline" }, outcomeSentence(report)),
+    report.within && h("p", { "data-testid": "within" }, withinSentence(report.within)),
     !gates && h("p", { class: "soft" }, verdictSentence(null)),
     checks.length > 0 && h("ul", null, checks.map((check) => h("li", null, chip(check.status), h("span", null, check.words, check.severity === "warning" ? " (a warning)" : "")))));
 }

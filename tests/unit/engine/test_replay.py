@@ -51,6 +51,25 @@ def test_a_file_under_another_name_is_replayed(honest: Evidence) -> None:
     assert replayed(renamed).ok
 
 
+def test_a_refinement_to_a_tolerance_is_replayed() -> None:
+    found = meshcone.refine(rough(), smooth(), effort="fast", within="1e-9%")
+
+    verification = meshcone.verify(found, replay=True)
+
+    assert verification.ok, str(verification)
+
+
+def test_a_tolerance_that_was_not_reached_cannot_be_stated_to_be() -> None:
+    found = meshcone.refine(rough(), smooth(), effort="fast", within="1e-9%")
+    assert found.report.within is not None
+    within = found.report.within.model_copy(update={"reached": True, "places": ()})
+    done = replace(found.done, report=found.report.model_copy(update={"within": within}))
+
+    verification = meshcone.verify(replace(found, done=done), replay=True)
+
+    assert "the report states another 'within" in str(verification)
+
+
 def test_a_start_that_no_round_led_to_fails(honest: Evidence) -> None:
     chosen = Forgery(FAST, before=lambda pair: 1.05 * pair.source.vertices).of(honest)
 

@@ -7,9 +7,11 @@ import trimesh
 
 from meshcone.errors import InputError, SolveTimeoutError
 from meshcone.files import MeshFile
-from meshcone.options import Options, parse_options
+from meshcone.options import Options, Tolerance, parse_options
 from meshcone.progress import Progress
-from meshcone.verbs.within import Promise, Tolerance, refine_within
+from meshcone.report.within import WithinRecord
+from meshcone.verbs.refine import Refinement
+from meshcone.verbs.within import refine_within
 from tests import shapes
 
 FACES = shapes.sphere(3)[1]
@@ -22,32 +24,62 @@ def options(**asked: object) -> Options:
     return parse_options({"effort": "fast", "quality": quick, **asked})
 
 
-def promise(text: str, **asked: object) -> Promise:
-    return refine_within(SOURCE, REFERENCE, options(**asked), Tolerance.parse(text))
+def refined(text: str, **asked: object) -> Refinement:
+    return refine_within(SOURCE, REFERENCE, options(within=text, **asked))
+
+
+def told(found: Refinement) -> WithinRecord:
+    assert found.report.within is not None
+    return found.report.within
 
 
 def test_what_the_first_refinement_reaches_takes_one() -> None:
-    found = promise("0.2mm")
-    assert (found.kept, found.attempts) == (True, 1)
-    deviation = found.refinement.report.deviation
+    found = refined("0.2mm")
+    assert (told(found).reached, told(found).attempts, told(found).places) == (True, 1, ())
+    assert (told(found).limit_model, told(found).unit) == (0.2, "mm")
+    deviation = found.report.deviation
     assert deviation is not None
     assert deviation.max.upper_model <= 0.2
 
 
 def test_what_it_does_not_reach_is_tried_harder() -> None:
-    first = promise("0.2").refinement.report.quality.refined
+    first = refined("0.2").report.quality.refined
     assert first is not None
     wanted = 0.9 * first.point_to_surface.max * 2.0  # the radius
-    found = promise(f"{wanted:.6f}")
-    assert found.attempts > 1
-    assert len(found.refinement.report.options.surface.fairness) > 5
+    found = refined(f"{wanted:.6f}")
+    assert told(found).attempts > 1
+    assert len(found.report.options.surface.fairness) > 5
 
 
-def test_what_nothing_reaches_returns_the_closest() -> None:
-    found = promise("1e-9%")
-    assert (found.kept, found.attempts) == (False, 3)
-    assert found.refinement.report.gates is not None
-    assert found.refinement.report.gates.verdict == "fail"
+def test_what_nothing_reaches_returns_the_closest_and_the_places() -> None:
+    found = refined("1e-9%")
+    assert (told(found).reached, told(found).attempts) == (False, 3)
+    assert told(found).limit_model == pytest.approx(2e-11)
+    assert told(found).places[0].distance_model == pytest.approx(farthest(found))
+    assert found.report.gates is not None
+    assert found.report.gates.verdict == "fail"
+
+
+def farthest(found: Refinement) -> float:
+    assert found.report.quality.refined is not None
+    return found.report.quality.refined.point_to_surface.max * found.report.frame.radius
+
+
+def test_the_answer_states_the_options_it_was_made_with() -> None:
+    stated = refined("0.2mm").report.options
+    assert (stated.within, stated.gates["deviation.max"].max_model) == (None, 0.2)
+
+
+def test_without_a_tolerance_there_is_one_refinement_and_no_word_of_one() -> None:
+    assert refine_within(SOURCE, REFERENCE, options()).report.within is None
+
+
+def test_attempts_are_parts_of_one_progress() -> None:
+    seen: list[Progress] = []
+    refine_within(SOURCE, REFERENCE, options(within="1e-9%"), seen.append)
+    fractions = [each.fraction for each in seen]
+    assert fractions == sorted(fractions)
+    assert 2 / 3 < fractions[-1] < 1
 
 
 def test_what_was_found_stands_where_there_is_no_time_to_try_harder() -> None:
@@ -59,22 +91,33 @@ def test_what_was_found_stands_where_there_is_no_time_to_try_harder() -> None:
         if progress.stage == "quality":
             written.append(progress)
 
-    found = refine_within(
-        SOURCE, REFERENCE, options(), Tolerance.parse("1e-9%"), out_of_time_at_the_second
-    )
+    asked = options(within="1e-9%")
+    found = refine_within(SOURCE, REFERENCE, asked, out_of_time_at_the_second)
 
-    assert (found.kept, found.attempts) == (False, 2)
-    assert found.refinement.report.outcome == "improved"
+    assert (told(found).reached, told(found).attempts) == (False, 2)
+    assert found.report.outcome == "improved"
+
+
+def test_no_attempt_is_begun_that_the_time_left_is_not_enough_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ticks = iter([0.0, 40.0])  # the first attempt takes 40 seconds of 100
+    monkeypatch.setattr("meshcone.verbs.within.monotonic", lambda: next(ticks))
+
+    found = refine_within(SOURCE, REFERENCE, options(within="1e-9%"), solve_seconds=100.0)
+
+    assert (told(found).reached, told(found).attempts) == (False, 1)
 
 
 def test_a_share_of_the_radius_is_a_relative_bound() -> None:
-    gates = Tolerance.parse("0.5 %").gated(options()).gates
+    gates = options(within="0.5 %").gated_within("a.obj", "b.obj").gates
     assert gates["deviation.max"].max == pytest.approx(0.005)
     assert gates["deviation.max"].max_model is None
 
 
 def test_a_length_keeps_the_name_of_its_unit() -> None:
-    gate = Tolerance.parse("1.5e-1mm").gated(options()).gates["deviation.max"]
+    gated = options(within="1.5e-1mm").gated_within("a.obj", "b.obj")
+    gate = gated.gates["deviation.max"]
     assert (gate.max_model, gate.unit) == (0.15, "mm")
 
 
@@ -102,11 +145,10 @@ def test_what_is_proven_of_a_gltf_is_told_in_metres(reference: str) -> None:
     rough = trimesh.Trimesh(shapes.noisy(shapes.sphere(2)[0]), ball.faces)
     files = {name: MeshFile(name, _exported(ball, name)) for name in ("ball.glb", "ball.obj")}
     source = MeshFile("rough.glb", _exported(rough, "rough.glb"))
-    found = refine_within(source, files[reference], options(), Tolerance.parse("2000mm"))
-    assert found.kept
-    assert found.refinement.report.statement is not None
-    assert " m of the reference" in found.refinement.report.statement
-    assert found.refinement.report.options.gates["deviation.max"].max_model == 2
+    found = refine_within(source, files[reference], options(within="2000mm"))
+    assert (told(found).reached, told(found).limit_model) == (True, 2)
+    assert found.report.statement is not None
+    assert " m of the reference" in found.report.statement
 
 
 def _exported(mesh: trimesh.Trimesh, name: str) -> bytes:
@@ -122,9 +164,20 @@ def test_what_is_no_tolerance_is_refused(text: str) -> None:
 
 def test_a_tolerance_and_a_gate_on_the_same_are_refused() -> None:
     with pytest.raises(InputError, match="there is one already"):
-        promise("1", gates={"deviation.max": {"max": 0.1}})
+        refined("1", gates={"deviation.max": {"max": 0.1}})
 
 
 def test_a_tolerance_without_proof_is_refused() -> None:
     with pytest.raises(InputError, match=r"deviation\.prove"):
-        promise("1", deviation={"prove": False})
+        refined("1", deviation={"prove": False})
+
+
+@pytest.mark.parametrize("mode", ["measure", "audit"])
+def test_a_tolerance_where_nothing_is_refined_is_refused(mode: str) -> None:
+    with pytest.raises(InputError, match=f"option 'within': .*the mode is '{mode}'"):
+        options(within="1mm", mode=mode)
+
+
+def test_a_number_is_a_tolerance_in_the_unit_of_the_files() -> None:
+    gates = options(within=0.5).gated_within("a.obj", "b.obj").gates
+    assert gates["deviation.max"].max_model == 0.5

@@ -56,6 +56,24 @@ def test_options_that_cannot_be_used_are_explained(
     assert detail(http, both(), {"options": options}) == said
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"within": "5 parsecs?"}, "option 'within': '5 parsecs?' is no tolerance"),
+        ({"within": "5mm", "mode": "measure"}, "option 'within': it is for refinements"),
+        ({"within": "5mm", "deviation": {"prove": False}}, "a tolerance needs the proof"),
+        ({"within": "1", "gates": {"deviation.max": {"max": 1}}}, "there is one already"),
+        ({"within": "5mi"}, "a gltf is in metres, and 'mi' is no unit known here"),
+    ],
+)
+def test_a_tolerance_that_cannot_be_used_is_refused_at_the_door(
+    http: TestClient, options: dict[str, Any], said: str
+) -> None:
+    files = both(reference=("mug.glb", b""))
+
+    assert said in detail(http, files, {"options": json.dumps(options)}).replace("glTF", "gltf")
+
+
 def test_a_misspelt_field_is_named_with_those_there_are(http: TestClient) -> None:
     said = detail(http, [("source", MESH), ("refrence", MESH)], DEFAULTS)
 
