@@ -38,6 +38,39 @@ def examples(document: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", (DOCS / document).read_text(), re.M | re.S)
 
 
+@pytest.mark.parametrize("name", ["fault", "wish"])
+def test_the_forms_for_issues_are_forms(name: str) -> None:
+    form = ROOT / f".github/ISSUE_TEMPLATE/{name}.yml"
+
+    validate(loaded(form.read_text()), "github-issue-forms")
+
+
+def test_the_choice_of_forms_is_one() -> None:
+    choice = ROOT / ".github/ISSUE_TEMPLATE/config.yml"
+
+    validate(loaded(choice.read_text()), "github-issue-config")
+
+
+def test_hooks_before_a_commit_run_what_the_checks_run() -> None:
+    [local] = loaded((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    makefile = (ROOT / "Makefile").read_text()
+
+    for hook in local["hooks"]:
+        program, *arguments = hook["entry"].removeprefix(".venv/bin/").split()
+        assert f"$(BIN)/{program}" in makefile
+        assert (Path(sys.executable).parent / program).exists()
+        assert "--fix" not in arguments
+
+
+def test_the_development_container_runs_targets_that_there_are() -> None:
+    container = json.loads((ROOT / ".devcontainer/devcontainer.json").read_text())
+    program, *targets = container["postCreateCommand"].split()
+
+    assert program == "make"
+    for target in targets:
+        assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M)
+
+
 @pytest.fixture(scope="module")
 def action() -> Any:
     return loaded((ROOT / "action.yml").read_text())
