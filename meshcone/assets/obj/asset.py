@@ -13,6 +13,7 @@ from meshcone.assets.divisions import Division
 from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
 from meshcone.assets.obj.content import ObjTriangles, read_content
+from meshcone.assets.obj.divide import divided_obj
 from meshcone.assets.obj.divisions import face_divisions
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
@@ -25,6 +26,7 @@ from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface, weld_surface
 from meshcone.errors import InputError
 from meshcone.notices import Code, Notice
+from meshcone.surface.subdivision import Subdivision
 
 _UTF16_MARKS = (b"\xfe\xff", b"\xff\xfe")
 
@@ -96,13 +98,15 @@ class ObjAsset(Asset):
 
     def content(self) -> Content:
         """See :meth:`Asset.content`."""
-        triangles = ObjTriangles(
+        return read_content(scan_lines(self._data), self._drawn(), self._resources)
+
+    def _drawn(self) -> ObjTriangles:
+        return ObjTriangles(
             statements=self._statements,
             vertices=self._surface.triangles,
             texcoords=self._corner_texcoords,
             normals=self._corner_normals,
         )
-        return read_content(scan_lines(self._data), triangles, self._resources)
 
     def _divisions(self) -> dict[str, Division]:
         return face_divisions(scan_lines(self._data), self._statements[self._surface.kept])
@@ -120,6 +124,16 @@ class ObjAsset(Asset):
         if policy.normals == "recompute" and (self._corner_normals >= 0).any():
             statements |= self._new_normals(lines, vertices, policy.selected)
         return lines.replaced(statements)
+
+    def _divide(self, subdivision: Subdivision) -> bytes:
+        unknown = {Code.TEXCOORDS_UNKNOWN, Code.NORMALS_UNKNOWN}
+        return divided_obj(
+            scan_lines(self._data),
+            self._drawn(),
+            self._surface.kept,
+            subdivision,
+            unknown=any(warning.code in unknown for warning in self.warnings),
+        )
 
     def _new_normals(
         self,

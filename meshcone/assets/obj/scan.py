@@ -81,6 +81,16 @@ class ObjLines:
         arguments = (self.statement(row).split(None, 1)[1:] for row in rows.tolist())
         return [b"".join(name).rstrip().decode("utf-8", "replace") for name in arguments]
 
+    def named(self, *keywords: bytes) -> list[NDArray[np.int64]]:
+        """The statements whose first word is each of some keywords."""
+        found = _Keywords(self.text, self.bounds)
+        return [found.rows(keyword) for keyword in keywords]
+
+    def holding(self, character: bytes) -> NDArray[np.int64]:
+        """The statements that have a character, in their comments or elsewhere."""
+        places = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord(character))
+        return np.unique(np.searchsorted(self.bounds, places, side="right") - 1)
+
     def replaced(self, statements: Mapping[int, bytes]) -> bytes:
         """The file with other statements in some rows."""
         pieces, done = [], 0
