@@ -19,10 +19,11 @@ from service import problems
 from service.access.auth import Authentication, KeyRing, describe_security
 from service.api.context import open_context
 from service.api.middleware.body_limit import BodyLimit
+from service.api.middleware.compression import Compression
 from service.api.middleware.headers import SecurityHeaders
 from service.api.middleware.lingering import Lingering
 from service.api.middleware.request_log import PROBES, RequestLog
-from service.api.routes import blobs, events, health, jobs, metrics, results, submit
+from service.api.routes import blobs, events, health, inputs, jobs, metrics, results, submit
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_async
 from worker.jobs.events import EventFeed
@@ -102,6 +103,7 @@ def create_app(
         },
         docs_url=None,  # that page loads its scripts from another site; ours does not
         redoc_url=None,
+        generate_unique_id_function=lambda route: route.name,
         responses={
             "default": {
                 "description": "a problem",
@@ -112,13 +114,14 @@ def create_app(
         },
     )
     app.state.settings = settings
-    for module in (submit, jobs, events, results, blobs):
+    for module in (submit, jobs, events, inputs, results, blobs):
         app.include_router(module.router)
     app.include_router(health.router)
     app.include_router(metrics.router)
     if pages is not None:
         app.include_router(pages)
     problems.install_handlers(app)
+    app.add_middleware(Compression)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
     app.add_middleware(Authentication, keys_required=keys_required)
     app.add_middleware(Lingering)

@@ -14,12 +14,21 @@ from urllib.parse import quote
 from fastapi import Depends, Header, Request, Response, status
 from starlette.responses import StreamingResponse
 
+from service.api.routing import Absent
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.records import Artifact
 from worker.storage.blobs import BlobStore
 
 _SPAN = re.compile(r"bytes\s*=\s*(\d{0,18})-(\d{0,18})", re.ASCII | re.IGNORECASE)
 _TAG = re.compile(r'(?:W/)?("[^"]*")')
+BYTES: Mapping[str, Any] = {
+    "type": "string",
+    # What OpenAPI 3.0 called it: generators of clients look for that still.
+    "format": "binary",
+    "contentMediaType": "application/octet-stream",
+}
+"""The schema of a file of any kind."""
+
 _PROBLEM = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
 
 
@@ -65,13 +74,13 @@ class Conditions:
 def _conditions(
     request: Request,
     if_none_match: Annotated[
-        str | None, Header(description="ETags of copies the client has")
+        str | Absent, Header(description="ETags of copies the client has")
     ] = None,
     range_: Annotated[
-        str | None, Header(alias="Range", description="a part, such as bytes=0-1023")
+        str | Absent, Header(alias="Range", description="a part, such as bytes=0-1023")
     ] = None,
     if_range: Annotated[
-        str | None, Header(description="the ETag the part is to be of; else all is sent")
+        str | Absent, Header(description="the ETag the part is to be of; else all is sent")
     ] = None,
 ) -> Conditions:
     return Conditions(if_none_match, range_, if_range, request.method == "HEAD")
@@ -126,7 +135,7 @@ def file_responses(
         schema: of the file's content, where it is JSON.
     """
     whole = {
-        media_type: {"schema": schema or {"type": "string", "contentMediaType": media_type}}
+        media_type: {"schema": schema or {**BYTES, "contentMediaType": media_type}}
         for media_type in media_types
     }
     part: dict[str, Any] = {media_type: {} for media_type in media_types}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 from typing import Any, Self
+from urllib.parse import quote
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -41,11 +42,14 @@ class SentFile(BaseModel):
     name: str
     size: int = Field(description="bytes")
     sha256: str
+    link: str | None = Field(
+        default=None, description="where to have it again; absent once the job has expired"
+    )
 
     @classmethod
-    def of(cls, file: StoredFile) -> SentFile:
-        """The public part of a stored file."""
-        return cls(name=file.name, size=file.size, sha256=file.digest)
+    def of(cls, file: StoredFile, link: str | None) -> SentFile:
+        """The public part of a stored file, and where it can be had."""
+        return cls(name=file.name, size=file.size, sha256=file.digest, link=link)
 
 
 class JobLinks(BaseModel):
@@ -131,6 +135,14 @@ class ListedJob(BaseModel):
         expires = None
         if record.finished is not None and result_ttl:
             expires = record.finished + timedelta(seconds=result_ttl)
+
+        def below(tail: str) -> str | None:
+            return None if record.expired else f"{job_path(record.id)}/{tail}"
+
+        def resources(field: str) -> list[SentFile]:
+            files: tuple[StoredFile, ...] = getattr(record, field)
+            return [SentFile.of(file, below(f"{field}/{quote(file.name)}")) for file in files]
+
         return cls(
             **cls._more(record),
             id=record.id,
@@ -144,11 +156,11 @@ class ListedJob(BaseModel):
             cancel_requested=record.cancel_requested,
             expires=expires,
             expired=record.expired,
-            source=SentFile.of(record.source),
-            reference=SentFile.of(record.reference) if record.reference else None,
-            source_resources=[SentFile.of(file) for file in record.source_resources],
-            reference_resources=[SentFile.of(file) for file in record.reference_resources],
-            resources=[SentFile.of(file) for file in record.resources],
+            source=SentFile.of(record.source, below("source")),
+            reference=record.reference and SentFile.of(record.reference, below("reference")),
+            source_resources=resources("source_resources"),
+            reference_resources=resources("reference_resources"),
+            resources=resources("resources"),
             mode=record.mode,
             progress=record.progress,
             error=problem_of(record.error) if record.error else None,

@@ -13,6 +13,7 @@ from redis.exceptions import RedisError
 
 from service.access.keys import ApiKey
 from service.api.context import ContextDependency
+from service.api.routing import Absent
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import Claim, KeyClaims, KeyInUseError, key_place
 from worker.run.tracing import current_context
@@ -51,7 +52,7 @@ def _claim(
     context: ContextDependency,
     sender: SenderDependency,
     idempotency_key: Annotated[
-        str | None,
+        str | Absent,
         Header(
             min_length=1,
             max_length=_KEY_LENGTH,

@@ -5,6 +5,19 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator
 
+from fastapi import Request, Response
+from starlette.responses import StreamingResponse
+
+_HEADERS = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+_EVENTS = "text/event-stream"
+
+
+def events_response(request: Request, events: AsyncGenerator[bytes]) -> Response:
+    """Server-sent events as an answer; for HEAD its headers alone, at once."""
+    if request.method == "HEAD":
+        return Response(headers=_HEADERS, media_type=_EVENTS)
+    return StreamingResponse(events, headers=_HEADERS, media_type=_EVENTS)
+
 
 class OpenStreams:
     """Lets streams be sent until the server stops, and no second longer.

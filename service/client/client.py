@@ -23,7 +23,7 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
-from service.api.schemas import JOBS_PATH, Job, JobList, ListedJob, NamedBlob, job_path
+from service.api.schemas import JOBS_PATH, Job, JobList, ListedJob, NamedBlob, SentFile, job_path
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
 from worker.jobs.records import FINAL_STATES
@@ -221,6 +221,12 @@ class Client:
     def delete(self, job_id: str) -> None:
         """Remove a job that has ended, with its files."""
         self._request("DELETE", job_path(job_id))
+
+    def input(self, file: SentFile) -> bytes:
+        """A file that a job was sent, byte for byte, as long as the job has not expired."""
+        if file.link is None:
+            raise ValueError(f"{file.name} is kept no longer: its job has expired")
+        return self._get(file.link).content
 
     def mesh(self, job_id: str) -> bytes:
         """The refined file of a job that succeeded."""

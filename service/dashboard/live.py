@@ -6,19 +6,21 @@ import time
 from collections.abc import AsyncGenerator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Request
+from fastapi import Depends, Query, Request, Response
 from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 from pydantic import BaseModel
-from starlette.responses import StreamingResponse
 
 from service.api.context import ContextDependency
 from service.api.routes.events import EventsDependency, PlaceDependency
+from service.api.routes.jobs import NameQuery
+from service.api.routing import HeadRouter
 from service.api.schemas import LABEL_LENGTH
+from service.api.streams import events_response
 from service.dashboard.lists import LiveLists, Snapshot, UnavailableError
 from worker.jobs.index import JobFilter
 from worker.jobs.records import JobState, Verdict
 
-router = APIRouter(include_in_schema=False)
+router = HeadRouter(include_in_schema=False)
 
 _KEEPALIVE = 15.0  # seconds after which silence is broken
 _LONGEST = 300.0  # seconds; then the page comes back, to a server that may have been renewed
@@ -40,20 +42,20 @@ async def _live_lists(request: Request, context: ContextDependency) -> LiveLists
     return lists
 
 
-@router.get("/dashboard/events", response_class=StreamingResponse, dependencies=[PlaceDependency])
+@router.get("/dashboard/events", response_class=Response, dependencies=[PlaceDependency])
 async def follow_jobs(
+    request: Request,
     events: EventsDependency,
     lists: Annotated[LiveLists, Depends(_live_lists)],
     state: JobState | None = None,
     verdict: Verdict | None = None,
     label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
-) -> StreamingResponse:
+    name: NameQuery = "",
+) -> Response:
     """The newest jobs that are wanted: all of them first, then those that have changed."""
     labels = frozenset({label}) if label else frozenset()
-    wanted = JobFilter(state=state, verdict=verdict, labels=labels)
-    changes = events.streams.until_closed(_changes(lists, wanted))
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return StreamingResponse(changes, headers=headers, media_type="text/event-stream")
+    wanted = JobFilter(state=state, verdict=verdict, labels=labels, name=name)
+    return events_response(request, events.streams.until_closed(_changes(lists, wanted)))
 
 
 async def _changes(lists: LiveLists, wanted: JobFilter) -> AsyncGenerator[bytes]:

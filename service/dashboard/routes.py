@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Response, status
+from fastapi import Header, Response, status
 from fastapi.responses import HTMLResponse
 
+from service.api.routing import HeadRouter
 from service.dashboard import live
 from service.dashboard.pages import page
 from service.dashboard.static_files import static_file
 from service.problems import ProblemError, problem
 
-router = APIRouter(include_in_schema=False)
+router = HeadRouter(include_in_schema=False)
 router.include_router(live.router)
 
 _FOR_EVER = "public, max-age=31536000, immutable"

@@ -272,7 +272,9 @@ def test_a_missing_resource_is_named_and_leaves_nothing_behind(
     assert everything_kept(client, data_dir) == before
 
 
-@pytest.mark.parametrize("fields", [{}, {"options": '{"sed": 1}'}, {"options": "nope"}])
+@pytest.mark.parametrize(
+    "fields", [{"options": "[]"}, {"options": '{"sed": 1}'}, {"options": "nope"}]
+)
 def test_bad_options_leave_nothing_behind(
     http: httpx2.Client, client: Client, data_dir: Path, fields: dict[str, str]
 ) -> None:

@@ -6,7 +6,7 @@ from tests.integration.jobs import make_job
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.index import JobFilter
 from worker.jobs.ledger import Ledger
-from worker.jobs.records import JobError, JobRecord, Verdict
+from worker.jobs.records import JobError, JobRecord, StoredFile, Verdict
 
 
 def listed(ledger: Ledger, wanted: JobFilter) -> list[str]:
@@ -28,6 +28,20 @@ def test_a_job_is_found_under_all_its_labels(ledger: Ledger) -> None:
     assert listed(ledger, JobFilter(labels=frozenset({other}))) == [both.id]
     assert listed(ledger, JobFilter(labels=frozenset({one, other}))) == [both.id]
     assert set(listed(ledger, JobFilter(labels=frozenset({one})))) == {both.id, first.id}
+
+
+def test_a_job_is_found_by_part_of_a_file_s_name_or_of_a_label(ledger: Ledger) -> None:
+    mark = new_job_id()
+    named = make_job().model_copy(
+        update={"source": StoredFile(name=f"Mug {mark}.GLB", digest="d", size=1)}
+    )
+    labelled, other = make_job(f"for {mark}"), make_job()
+    for job in (named, labelled, other):
+        ledger.create(job)
+
+    assert listed(ledger, JobFilter(name=f"mug {mark}.glb")) == [named.id]
+    assert set(listed(ledger, JobFilter(name=mark.upper()))) == {named.id, labelled.id}
+    assert listed(ledger, JobFilter(name=f"{mark}!")) == []
 
 
 def test_a_job_is_found_by_what_its_gates_say(ledger: Ledger) -> None:

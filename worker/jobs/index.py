@@ -31,11 +31,16 @@ class JobPage:
 
 @dataclass(frozen=True)
 class JobFilter:
-    """Which jobs are meant: those that have all of what is given."""
+    """Which jobs are meant: those that have all of what is given.
+
+    Attributes:
+        name: part of the name of a file that was sent, or of a label, in any case.
+    """
 
     state: JobState | None = None
     verdict: Verdict | None = None
     labels: frozenset[str] = frozenset()
+    name: str = ""
 
     def index(self) -> str:
         """The smallest index certain to hold all of them."""
@@ -51,7 +56,13 @@ class JobFilter:
             self.state in (None, record.state)
             and self.verdict in (None, record.verdict)
             and self.labels.issubset(record.labels)
+            and self._is_named(record)
         )
+
+    def _is_named(self, record: JobRecord) -> bool:
+        part = self.name.casefold()
+        names = [*record.labels, *(file.name for file in record.files)]
+        return not part or any(part in name.casefold() for name in names)
 
 
 EVERYTHING = JobFilter()

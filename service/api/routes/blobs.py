@@ -7,24 +7,25 @@ import tempfile
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, BinaryIO, cast
 
-from fastapi import APIRouter, Path, Request, Response, status
+from fastapi import Path, Request, Response, status
 from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 
 from service.api.context import Context, ContextDependency
+from service.api.downloads import BYTES
+from service.api.routing import ResourceRouter
 from service.problems import ProblemError, problem
 from worker.storage.errors import DamagedFileError
 
-router = APIRouter(prefix="/v1/blobs", tags=["files"])
+router = ResourceRouter(prefix="/v1/blobs", tags=["files"])
 
 _IN_MEMORY = 1024 * 1024  # bytes; what is larger goes to disk while it comes
 _HOLDER = "upload"
-_FILE = {"type": "string", "contentMediaType": "application/octet-stream"}
 _BODY = {
     "requestBody": {
         "required": True,
-        "content": {"application/octet-stream": {"schema": _FILE}},
+        "content": {"application/octet-stream": {"schema": BYTES}},
     }
 }
 

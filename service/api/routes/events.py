@@ -9,21 +9,21 @@ from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Request, Response, status
+from fastapi import Depends, Header, Request, Response, status
 from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 from redis.exceptions import RedisError
-from starlette.responses import StreamingResponse
 
 from service.api.routes.jobs import FoundJob
+from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH
-from service.api.streams import OpenStreams
+from service.api.streams import OpenStreams, events_response
 from service.problems import ProblemError, problem
 from worker.jobs.events import BEGINNING, EventFeed, is_event_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+router = ResourceRouter(prefix=JOBS_PATH, tags=["jobs"])
 
 _RECONNECT = 1000  # milliseconds a client is asked to wait before it comes back
 _EVENT = {
@@ -139,10 +139,11 @@ PlaceDependency = Depends(_place)  # given up when the whole answer has been sen
     summary="Follow a job",
 )
 async def follow_job(
+    request: Request,
     record: FoundJob,
     events: EventsDependency,
     last_event_id: Annotated[
-        str | None, Header(description="the id of the last event received")
+        str | Absent, Header(description="the id of the last event received")
     ] = None,
 ) -> Response:
     """What has happened to a job and what happens, as server-sent events until it ends.
@@ -157,8 +158,5 @@ async def follow_job(
     if record.has_ended and last_event_id and not await events.since(record.id, after):
         # The standard's way to tell a browser not to come back.
         return Response(status_code=status.HTTP_204_NO_CONTENT)
-    return StreamingResponse(
-        events.streams.until_closed(events.stream(record.id, after)),
-        media_type="text/event-stream",
-        headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"},
-    )
+    following = events.streams.until_closed(events.stream(record.id, after))
+    return events_response(request, following)

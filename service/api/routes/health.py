@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from redis.exceptions import RedisError
 
 from service.api.context import ContextDependency
+from service.api.routing import HeadRouter
 from service.problems import MEDIA_TYPE, ProblemError, broker_problem, problem
 from worker.storage.blobs import BlobStore
 from worker.storage.errors import StoreError
 
-router = APIRouter(tags=["health"])
+router = HeadRouter(tags=["health"])
 
 _PROBE = "meshcone:ready"  # written at each look: a broker can answer and yet take no writes
 _PROBE_KEPT = 60_000  # milliseconds

@@ -7,18 +7,19 @@ import binascii
 import uuid
 from typing import Annotated, Any
 
-from fastapi import APIRouter, BackgroundTasks, Depends, Query, Response, status
+from fastapi import BackgroundTasks, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
+from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList, ListedJob
-from service.api.submission.uploads import MAX_LABELS
+from service.api.submission.uploads import MAX_LABELS, NAME_LENGTH
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
 from worker.jobs.index import JobFilter
 from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
 from worker.jobs.records import JobRecord, JobState, Verdict
 
-router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+router = ResourceRouter(prefix=JOBS_PATH, tags=["jobs"])
 
 _CONFLICT: dict[str, Any] = {
     "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
@@ -35,6 +36,14 @@ _DELETED: dict[int | str, dict[str, Any]] = {
 LabelQuery = Annotated[
     list[Annotated[str, Query(max_length=LABEL_LENGTH)]],
     Query(max_length=MAX_LABELS, description="repeated: jobs that have all of them"),
+]
+
+NameQuery = Annotated[
+    str,
+    Query(
+        max_length=NAME_LENGTH,
+        description="part of the name of a file that was sent, or of a label, in any case",
+    ),
 ]
 
 
@@ -58,20 +67,21 @@ FoundJob = Annotated[JobRecord, Depends(find_job)]
 @router.get("", summary="List jobs, newest first")
 def list_jobs(
     context: ContextDependency,
-    state: JobState | None = None,
+    state: JobState | Absent = None,
     label: LabelQuery = [],  # noqa: B006 - the framework copies it
-    verdict: Annotated[Verdict | None, Query(description="what the gates say")] = None,
-    cursor: Annotated[str | None, Query(description="`next` of the page before")] = None,
+    verdict: Annotated[Verdict | Absent, Query(description="what the gates say")] = None,
+    name: NameQuery = "",
+    cursor: Annotated[str | Absent, Query(description="`next` of the page before")] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> JobList:
-    """A page of the jobs that state, labels and verdict select.
+    """A page of the jobs that state, labels, verdict and name select.
 
     They are listed by the time they were sent, so that none moves while pages are turned.
     """
     after = None if cursor is None else job_before(cursor)
     if cursor is not None and after is None:
         raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
-    wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label))
+    wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label), name=name)
     page = context.ledger.index.page(limit, cursor=after, wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
     return JobList(

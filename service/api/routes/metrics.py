@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, get_args
 
-from fastapi import APIRouter, Response
+from fastapi import Response
 from prometheus_client import CollectorRegistry
 from prometheus_client.core import (
     CounterMetricFamily,
@@ -23,6 +23,7 @@ from prometheus_client.registry import Collector
 
 from meshcone.errors import ErrorKind
 from service.api.context import ContextDependency
+from service.api.routing import HeadRouter
 from worker.jobs.ledger_keys import WEBHOOKS
 from worker.jobs.records import JobState
 from worker.jobs.tallies import (
@@ -39,7 +40,7 @@ from worker.webhooks.schedule import DUE, Outcome
 if TYPE_CHECKING:
     from service.api.context import Context
 
-router = APIRouter(tags=["health"])
+router = HeadRouter(tags=["health"])
 
 _TEXT: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/plain": {"schema": {"type": "string"}}}}

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Response, status
+from fastapi import Header, Response, status
 
 from service.api.context import ContextDependency
 from service.api.downloads import (
@@ -16,11 +16,12 @@ from service.api.downloads import (
     file_responses,
 )
 from service.api.routes.jobs import FoundJob
+from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH
 from service.problems import MEDIA_TYPE, ProblemError, problem, problem_of
 from worker.jobs.records import Artifact, JobRecord
 
-router = APIRouter(prefix=JOBS_PATH, tags=["results"])
+router = ResourceRouter(prefix=JOBS_PATH, tags=["results"])
 
 _PROBLEM = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
 _NO_RESULT: dict[int | str, dict[str, Any]] = {
@@ -54,16 +55,9 @@ _DIAGNOSTICS: dict[int | str, dict[str, Any]] = {
 def _file_route(
     tail: str, description: str, *media_types: str, schema: Mapping[str, Any] | None = None
 ) -> Callable[[Callable[..., Response]], Callable[..., Response]]:
-    """Register a route that serves a file, for GET and, undescribed, for HEAD."""
-    path = f"/{{job_id}}/{tail}"
-
-    def register(endpoint: Callable[..., Response]) -> Callable[..., Response]:
-        responses = {**file_responses(description, *media_types, schema=schema), **_NO_RESULT}
-        router.get(path, response_class=Response, responses=responses)(endpoint)
-        router.head(path, response_class=Response, include_in_schema=False)(endpoint)
-        return endpoint
-
-    return register
+    """Register a route that serves a file."""
+    responses = {**file_responses(description, *media_types, schema=schema), **_NO_RESULT}
+    return router.get(f"/{{job_id}}/{tail}", response_class=Response, responses=responses)
 
 
 @_file_route(
@@ -142,7 +136,7 @@ def get_diagnostics(
     record: FoundJob,
     context: ContextDependency,
     conditions: ConditionsDependency,
-    accept: Annotated[str | None, Header()] = None,
+    accept: Annotated[str | Absent, Header()] = None,
 ) -> Response:
     """What the solver did in each round; as a table of iterations for `Accept: text/csv`."""
     table = artifact_of(record, "diagnostics_csv")  # what refined nothing has neither

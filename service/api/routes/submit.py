@@ -6,11 +6,12 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Response, status
+from fastapi import Depends, Header, Request, Response, status
 from starlette.concurrency import run_in_threadpool
 
 from service.api.context import Context, ContextDependency
 from service.api.routes.events import EventsDependency
+from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, Job, job_path
 from service.api.sender import ClaimDependency, Sender, SenderDependency
 from service.api.submission.form import SUBMISSION_FORM
@@ -27,19 +28,25 @@ from worker.jobs.idempotency import Claim
 from worker.jobs.ledger import UnknownJobError
 from worker.jobs.records import JobRecord
 
-router = APIRouter(prefix=JOBS_PATH, tags=["jobs"])
+router = ResourceRouter(prefix=JOBS_PATH, tags=["jobs"])
 
 LONGEST_WAIT = 30  # seconds; proxies give up on a silent answer after about a minute
 
 _WAIT = re.compile(r'(?:^|,)\s*wait\s*=\s*"?(\d{1,9})"?\s*(?=[,;]|$)', re.IGNORECASE)
 
-PreferHeader = Annotated[
-    list[str] | None,
-    Header(
-        alias="Prefer",
-        description=f"`wait=N`: seconds to wait for the job's end, at most {LONGEST_WAIT}",
-    ),
-]
+
+def _preferred_wait(
+    request: Request,
+    _prefer: Annotated[
+        str | Absent,
+        Header(
+            alias="Prefer",
+            description=f"`wait=N`: seconds to wait for the job's end, at most {LONGEST_WAIT}",
+        ),
+    ] = None,
+) -> int | None:
+    return preferred_wait(request.headers.getlist("Prefer"))  # each field line may have its own
+
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
     200: {"description": "the job, which has ended: for `Prefer: wait`", "model": Job},
@@ -71,11 +78,10 @@ async def submit_job(
     sender: SenderDependency,
     events: EventsDependency,
     response: Response,
-    prefer: PreferHeader = None,
+    wait: Annotated[int | None, Depends(_preferred_wait)],
 ) -> Job:
     """Queue a refinement of `source` towards `reference`, or a measurement."""
     record = await _accept(form, claim, sender, context)
-    wait = preferred_wait(prefer)
     if wait is not None and await events.wait_for_end(record.id, wait):
         record = await run_in_threadpool(_after_wait, record.id, context)
         response.headers["Preference-Applied"] = f"wait={wait}"
@@ -108,10 +114,10 @@ async def _accept(
     return await run_in_threadpool(accept, submission, claim, sender, context)
 
 
-def preferred_wait(headers: Sequence[str] | None) -> int | None:
+def preferred_wait(headers: Sequence[str]) -> int | None:
     """Seconds a client would wait for the job's end (RFC 7240, section 4.3); None if it named none.
 
     What cannot be understood is ignored, as the RFC has it.
     """
-    match = _WAIT.search(",".join(headers or ()))
+    match = _WAIT.search(",".join(headers))
     return None if match is None else min(int(match[1]), LONGEST_WAIT)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from service.api.downloads import BYTES
 from service.api.schemas import LABEL_LENGTH, NamedBlob
 from service.api.submission.uploads import MAX_LABELS
 from worker.outbound.addresses import URL_LENGTH
 
-_BYTES = {"type": "string", "contentMediaType": "application/octet-stream"}
 _BLOB = {
     "type": "string",
     "contentMediaType": "application/json",
@@ -18,11 +18,11 @@ _BLOB = {
 
 
 def _files(description: str) -> dict[str, Any]:
-    return {"type": "array", "items": {"anyOf": [_BYTES, _BLOB]}, "description": description}
+    return {"type": "array", "items": {"anyOf": [BYTES, _BLOB]}, "description": description}
 
 
 def _file(description: str) -> dict[str, Any]:
-    return {"anyOf": [_BYTES, _BLOB], "description": description}
+    return {"anyOf": [BYTES, _BLOB], "description": description}
 
 
 SUBMISSION_FORM: dict[str, Any] = {
@@ -32,7 +32,7 @@ SUBMISSION_FORM: dict[str, Any] = {
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
-                    "required": ["source", "options"],
+                    "required": ["source"],
                     "properties": {
                         "source": _file("the mesh to refine, as a file or by its hash"),
                         "reference": _file(
@@ -42,7 +42,7 @@ SUBMISSION_FORM: dict[str, Any] = {
                             "type": "string",
                             "contentMediaType": "application/json",
                             "contentSchema": {"$ref": "#/components/schemas/Options"},
-                            "description": "a JSON object; {} for the defaults",
+                            "description": "a JSON object; without it, the defaults are used",
                         },
                         "source_resources": _files(
                             "files that the source names (buffers, materials), a field each"

@@ -202,7 +202,7 @@ def _twice(first: str, second: str) -> str:
 async def _options(form: FormData) -> dict[str, Any]:
     value = _single(form, "options")
     if value is None:
-        raise InputError("form field 'options' is missing: send {} for the defaults")
+        return {}
     if isinstance(value, str):
         return read_options_json(value)
     if (value.size or 0) > OPTIONS_BYTES:

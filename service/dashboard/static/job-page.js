@@ -80,10 +80,17 @@ const namesOf = (job, side) => filesOf(job, side).map((file) => file.name);
 
 const jobPaths = (job) => pathsOf({ source: namesOf(job, "source"), reference: namesOf(job, "reference") });
 
-function sent(job) {
-  const listed = (files) => files.map((file) => `${file.name} (${bytes(file.size)})`).join(" with ");
-  const sides = ["source", "reference"].map((side) => filesOf(job, side)).filter((files) => files.length).map(listed);
-  return [...sides, ...job.resources.map((file) => `${listed([file])} for both`)].join(", ");
+function inputs(job) {
+  const entry = (file, words) => h("li", null, file.link ? download(file.link, file.name.split("/").at(-1)) : file.name, h("span", { class: "soft" }, `${words}, ${bytes(file.size)}`));
+  return [
+    ...["source", "reference"].flatMap((side) => filesOf(job, side).map((file) => entry(file, file === job[side] ? `the ${side}` : `${file.name} of the ${side}`))),
+    ...job.resources.map((file) => entry(file, `${file.name} for both`))];
+}
+
+function inputsCard(job) {
+  return h("section", { class: "card", "aria-labelledby": "inputs-title" },
+    h("h2", { id: "inputs-title" }, "As sent"),
+    h("ul", { class: "files", "data-testid": "inputs" }, inputs(job)));
 }
 
 function filesCard(job) {
@@ -97,7 +104,8 @@ function filesCard(job) {
   const card = h("section", { class: "card", "aria-labelledby": "files-title" },
     h("h2", { id: "files-title" }, "Downloads"),
     h("ul", { class: "files" }, entries.map((name) => h("li", null, download(job.links[name], known[name]), h("span", { class: "soft" }, told[name])))),
-    h("p", { class: "hint" }, `Sent: ${sent(job)}`));
+    h("h3", null, "As sent"),
+    h("ul", { class: "files", "data-testid": "inputs" }, inputs(job)));
   return { card, files };
 }
 
@@ -133,7 +141,7 @@ function imageOf(link) {
 
 async function show(job) {
   document.title = `${job.source.name} · MeshCone`;
-  if (job.state !== "succeeded" || !job.links.report) return place.replaceChildren(title(job), ...ended(job), repeatCard(job));
+  if (job.state !== "succeeded" || !job.links.report) return place.replaceChildren(title(job), ...ended(job), h("div", { class: "columns" }, inputsCard(job), repeatCard(job)));
   const report = await getJson(job.links.report);
   const { card, files } = filesCard(job);
   const bytesOf = (link) => (link ? async () => (await request(link)).arrayBuffer() : null);

@@ -139,6 +139,17 @@ def test_the_refined_mesh_downloads_under_its_name(
     assert Path(downloading.value.path()).read_bytes() == client.mesh(refined.id)
 
 
+def test_what_was_sent_downloads_under_its_name(
+    job_page: Page, rough_jug: MeshFile, jug: MeshFile
+) -> None:
+    for file in (rough_jug, jug):
+        with job_page.expect_download() as downloading:
+            job_page.get_by_test_id("inputs").get_by_role("link", name=file.name).click()
+
+        assert downloading.value.suggested_filename == file.name
+        assert Path(downloading.value.path()).read_bytes() == file.data
+
+
 def test_the_verify_command_proves_the_downloads(
     job_page: Page, tmp_path: Path, rough_jug: MeshFile, jug: MeshFile
 ) -> None:
@@ -178,7 +189,10 @@ def test_the_curl_command_repeats_the_job(
     assert sent.returncode == 0, sent.stdout + sent.stderr
     again = Job.model_validate_json(sent.stdout)
     assert (again.options, again.labels) == (refined.options, refined.labels)
-    assert (again.source, again.reference) == (refined.source, refined.reference)
+    for mine, other in ((again.source, refined.source), (again.reference, refined.reference)):
+        assert mine is not None
+        assert other is not None
+        assert (mine.name, mine.sha256) == (other.name, other.sha256)
     client.wait(again.id)  # or it would keep the one worker from what comes next
 
 

@@ -64,6 +64,18 @@ def test_the_table_can_be_filtered_and_the_filter_shared(
     expect(page.get_by_text("No job is like that")).to_be_visible()
 
 
+def test_the_table_can_be_searched_by_the_name_of_a_file(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    named = MeshFile("Lantern of brass.obj", rough_ball.data)
+    job = client.submit(named, ball, {"mode": "measure"})
+    page.goto("/")
+    page.locator("#filters").get_by_label("Name").fill("lantern OF")
+
+    expect(page.locator("#rows tr[data-id]")).to_have_count(1)
+    expect(page.locator(f"tr[data-id='{job.id}']")).to_be_visible()
+
+
 def test_options_are_asked_for_as_the_schema_describes_them(
     page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
 ) -> None:

@@ -24,6 +24,30 @@ def test_every_reference_in_it_leads_somewhere() -> None:
         assert reference.removeprefix("#/components/schemas/") in schemas
 
 
+def test_every_operation_has_a_name_of_its_own_that_a_program_can_have() -> None:
+    paths = json.loads(describe_api())["paths"]
+    names = [each["operationId"] for path in paths.values() for each in path.values()]
+
+    assert {"submit_job", "list_jobs", "get_job", "get_source", "get_mesh"} <= set(names)
+    assert len(names) == len(set(names))
+    assert all(name.isidentifier() and name.islower() for name in names)
+
+
+def test_no_parameter_is_described_as_null_or_as_a_list_that_is_a_header() -> None:
+    paths = json.loads(describe_api())["paths"]
+    parameters = [
+        parameter
+        for path in paths.values()
+        for operation in path.values()
+        for parameter in operation.get("parameters", ())
+    ]
+
+    assert all("anyOf" not in parameter["schema"] for parameter in parameters)
+    headers = {each["name"]: each["schema"] for each in parameters if each["in"] == "header"}
+    assert {schema["type"] for schema in headers.values()} == {"string"}
+    assert "Prefer" in headers
+
+
 def references(node: object) -> list[str]:
     if isinstance(node, list):
         return [found for item in node for found in references(item)]

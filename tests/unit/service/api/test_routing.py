@@ -1,0 +1,46 @@
+"""What every call has in common: HEAD, and query parameters it does not know."""
+
+from __future__ import annotations
+
+import pytest
+from starlette.testclient import TestClient
+
+from worker.jobs.identifiers import new_job_id
+
+JOB = f"/v1/jobs/{new_job_id()}"
+
+
+@pytest.mark.parametrize("path", ["/livez", "/readyz", "/openapi.json", "/", "/docs", "/v1/jobs"])
+def test_a_head_is_answered_as_a_get_without_its_content(http: TestClient, path: str) -> None:
+    got, asked = http.get(path), http.head(path)
+
+    assert asked.status_code == got.status_code
+    assert asked.headers["content-type"] == got.headers["content-type"]
+
+
+@pytest.mark.parametrize(
+    ("path", "there_are"),
+    [
+        ("/v1/jobs", "there are cursor, label, limit, name, state, verdict"),
+        (JOB, "there is none here"),
+        (f"{JOB}/mesh", "there is none here"),
+        (f"{JOB}/events", "there is none here"),
+    ],
+)
+def test_a_query_parameter_nobody_knows_is_refused_with_those_there_are(
+    http: TestClient, path: str, there_are: str
+) -> None:
+    answer = http.get(path, params={"labels": "a"})
+
+    assert answer.status_code == 422
+    assert answer.json()["detail"] == f"unknown query parameter 'labels'; {there_are}"
+
+
+def test_a_misspelt_parameter_of_a_write_is_refused_too(http: TestClient) -> None:
+    for answer in (http.post("/v1/jobs?option=1"), http.delete(f"{JOB}?force=1")):
+        assert answer.status_code == 422
+        assert "unknown query parameter" in answer.json()["detail"]
+
+
+def test_a_probe_may_be_asked_with_what_it_does_not_know(http: TestClient) -> None:
+    assert http.get("/livez?at=1").status_code == 200
