@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from meshcone.appearance.paint import Paint
 from meshcone.assets import Asset, read_asset
-from meshcone.assets.policy import PosePolicy, WritePolicy
+from meshcone.assets.policy import ReadPolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
@@ -37,7 +37,7 @@ class Pair:
         alignment: how the source was brought to the reference first, if it was; the file
             that is written stays where the source was.
         policy: how the source is written back; None if it is not.
-        pose: whether skins and morph targets are read at rest or as they are bound.
+        reading: what of the source's file is read.
     """
 
     source_file: MeshFile
@@ -49,7 +49,7 @@ class Pair:
     frame: Frame
     alignment: Alignment | None = None
     policy: WritePolicy | None = None
-    pose: PosePolicy = "rest"
+    reading: ReadPolicy = field(default_factory=ReadPolicy)
 
     def under(self, options: Options) -> Pair:
         """Settle how the source will be written, and what of it may move.
@@ -187,7 +187,8 @@ class Pair:
         Raises:
             InputError, LimitError: it cannot be read.
         """
-        return read_asset(self.source_asset.name, data, self.source_file.resources, pose=self.pose)
+        name, beside = self.source_asset.name, self.source_file.resources
+        return read_asset(name, data, beside, policy=self.reading)
 
     def written_positions(self, written: Asset) -> Floats:
         """Take the source's positions from a patched copy.
@@ -231,19 +232,21 @@ class Pair:
         return widest if self.alignment is None else widest * scale_of(self.alignment.matrix)
 
 
-def read_pair(source: MeshFile, reference: MeshFile, pose: PosePolicy = "rest") -> Pair:
+def read_pair(source: MeshFile, reference: MeshFile, options: Options) -> Pair:
     """Read both files.
 
     Args:
         source: the mesh.
         reference: what it should have been.
-        pose: whether skins and morph targets are read at rest or as they are bound.
+        options: what of the files is read.
 
     Raises:
         InputError, LimitError: from the readers, or a surface without area.
     """
+    reading = ReadPolicy.of_source(options)
     source_asset, reference_asset = (
-        read_asset(file.name, file.data, file.resources, pose=pose) for file in (source, reference)
+        read_asset(file.name, file.data, file.resources, policy=policy)
+        for file, policy in ((source, reading), (reference, ReadPolicy.of_reference(options)))
     )
     model = Mesh(reference_asset.vertices, reference_asset.faces)
     for asset, mesh in (
@@ -261,7 +264,7 @@ def read_pair(source: MeshFile, reference: MeshFile, pose: PosePolicy = "rest") 
         source=Mesh(frame.into(source_asset.vertices), source_asset.faces),
         reference=Mesh(frame.into(model.vertices), model.faces),
         frame=frame,
-        pose=pose,
+        reading=reading,
     )
 
 
@@ -271,6 +274,7 @@ def describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
     return InputRecord(
         name=asset.name,
         format=asset.format,
+        member=None if asset.packed is None else asset.packed.mesh.name,
         sha256=file.sha256,
         resources=file.resource_hashes,
         bytes=len(file.data),

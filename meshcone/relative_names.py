@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
 from urllib.parse import unquote
 
@@ -41,9 +42,13 @@ def inside(path: str) -> str | None:
 def sent_as(name: str, sent: Mapping[str, bytes]) -> str | None:
     """The name under which a file was sent: its own, or the only one that ends with it.
 
-    A folder is sent with its own name before those of the files in it.
+    A folder is sent with its own name before those of the files in it. Letters with accents are
+    one character or two, as the machine that wrote a name has it.
     """
-    if name in sent:
-        return name
-    longer = [each for each in sent if each.endswith("/" + name)]
+    spellings = [name, *(unicodedata.normalize(form, name) for form in ("NFC", "NFD"))]
+    for each in spellings:
+        if each in sent:
+            return each
+    endings = tuple(f"/{each}" for each in spellings)
+    longer = [each for each in sent if each.endswith(endings)]
     return longer[0] if len(longer) == 1 else None

@@ -10,12 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.archive import Packed
 from meshcone.assets.content import Content, Draw, Mesh, Node, Primitive
 from meshcone.assets.divisions import Division, select_faces
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
+from meshcone.files import MeshFile
 from meshcone.notices import Notice
 from meshcone.options import Options, SelectOptions
 from meshcone.surface.subdivision import Subdivision
@@ -68,11 +70,15 @@ class Asset(abc.ABC):
         regions: (m,) material and group of each face, as an index into ``region_names``.
         region_names: what a message calls each region.
         warnings: what a reader should know about the way the file was understood.
+        file: the mesh and the files beside it; where they came in an archive, taken out of it.
+        packed: the archive they came in, if they did.
     """
 
     format: str
     media_type: str
     _data: bytes
+    file: MeshFile
+    packed: Packed | None = None
 
     def __init__(
         self,
@@ -106,6 +112,18 @@ class Asset(abc.ABC):
             meshes=meshes,
             materials=materials,
         )
+
+    def read_from(self, file: MeshFile, packed: Packed | None = None) -> Asset:
+        """Know the file this was read from, and the archive that was in, if it was.
+
+        Args:
+            file: the mesh and the files beside it.
+            packed: the archive.
+        """
+        self.file, self.packed = file, packed
+        if packed is not None:
+            self.media_type = "application/zip"
+        return self
 
     def counts(self) -> AssetCounts:
         """The file's sizes."""
@@ -187,7 +205,8 @@ class Asset(abc.ABC):
 
         Every raw vertex takes the position of its welded vertex; raw vertices no face uses
         stay. Where nothing moved, the file's bytes are kept, and if nothing moved at all
-        the answer is the input, byte for byte.
+        the answer is the input, byte for byte. A file that came in an archive goes back into
+        it.
 
         Args:
             vertices: (n, 3) new world-space positions of ``self.vertices``.
@@ -205,7 +224,12 @@ class Asset(abc.ABC):
         with naming(self.name):
             self.ensure_writable(policy)
             fixed = policy.fixed_vertices(self.faces, len(self.vertices))
-            return self._write(np.where(fixed[:, None], self.vertices, vertices), policy)
+            data = self._write(np.where(fixed[:, None], self.vertices, vertices), policy)
+            return self._around(data)
+
+    def _around(self, data: bytes) -> bytes:
+        """What is sent back: the file, or the archive it came in with it."""
+        return data if self.packed is None else self.packed.around(data)
 
     @abc.abstractmethod
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes: ...
@@ -228,9 +252,9 @@ class Asset(abc.ABC):
         if subdivision.sources != len(self.faces) or not subdivision.is_tiling():
             raise ValueError("the subdivision does not tile the faces of the file")
         if not subdivision.divided.any():
-            return self._data
+            return self._around(self._data)
         with naming(self.name):
-            return self._divide(subdivision)
+            return self._around(self._divide(subdivision))
 
     def _divide(self, subdivision: Subdivision) -> bytes:  # noqa: ARG002
         raise InputError(

@@ -38,6 +38,12 @@ class Limits(BaseSettings):
         ge=1,
         description="lines of a text format; numbers in rows of different lengths in a binary PLY",
     )
+    archive_files: int = Field(10_000, ge=1, description="files and folders in a ZIP archive")
+    archive_ratio: int = Field(
+        200,
+        ge=1,
+        description="unpacked size of a ZIP archive over its own, where it is more than 16 MiB",
+    )
     header_bytes: int = Field(65_536, ge=1, description="header of a PLY")
     json_bytes: int = Field(128 * _MIB, ge=1, description="JSON text of a glTF, data URIs included")
     json_depth: int = Field(64, ge=1, description="nested arrays and objects in a glTF")

@@ -1,17 +1,48 @@
-"""How a file is written back: what may be renewed, copied, compressed, or moved at all."""
+"""What of a file is read, and how it is written back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from meshcone.options import Options
 
 NormalsPolicy = Literal["recompute", "keep"]
 InstancesPolicy = Literal["auto", "split", "refuse"]
 DracoPolicy = Literal["plain", "encode"]
 PosePolicy = Literal["rest", "bind"]
+
+
+@dataclass(frozen=True)
+class ReadPolicy:
+    """What of a file is its surface.
+
+    Attributes:
+        pose: whether skins and morph targets show their ``rest``, as viewers do before anything
+            is animated, or are passed over (``bind``).
+        member: which file of an archive is the mesh; None for the obvious one.
+        inherited: which of these were asked for of another file, so that this one need not
+            have them.
+    """
+
+    pose: PosePolicy = "rest"
+    member: str | None = None
+    inherited: frozenset[str] = frozenset()
+
+    @classmethod
+    def of_source(cls, options: Options) -> Self:
+        """What options ask for of the source, or of a mesh alone."""
+        return cls(options.pose, options.member)
+
+    @classmethod
+    def of_reference(cls, options: Options) -> Self:
+        """What options ask for of the reference: the same, but for what they say of it apart."""
+        apart = options.of_reference
+        inherited = frozenset() if apart.member else frozenset(["member"])
+        return cls(options.pose, apart.member or options.member, inherited)
 
 
 @dataclass(frozen=True, eq=False)

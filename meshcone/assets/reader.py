@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import PurePosixPath
 
+from meshcone.assets.archive import is_archive, unpack
 from meshcone.assets.base import Asset, naming
 from meshcone.assets.foreign import read_foreign, recognise_foreign
 from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
 from meshcone.assets.pointers import refuse_pointer
-from meshcone.assets.policy import PosePolicy
+from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
+from meshcone.files import MeshFile
 from meshcone.settings import load_settings
 
-_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF"
-READABLE = frozenset({"", ".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
+_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP"
+_MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
+_READABLE = _MESHES | {"", ".zip"}
+_DEFAULT = ReadPolicy()
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _OTHER_FORMATS = {
-    b"PK\x03\x04": "a ZIP archive",
     b"\x1f\x8b": "a gzip archive",
     b"BZh": "a bzip2 archive",
     b"\xfd7zXZ": "an xz archive",
@@ -39,7 +43,7 @@ def read_asset(
     data: bytes,
     resources: Mapping[str, bytes] | None = None,
     limits: Limits | None = None,
-    pose: PosePolicy = "rest",
+    policy: ReadPolicy = _DEFAULT,
 ) -> Asset:
     """Read a mesh file.
 
@@ -48,8 +52,7 @@ def read_asset(
         data: the file's bytes.
         resources: the files a glTF names, by the names it uses for them.
         limits: caps on sizes; by default those of the environment.
-        pose: whether the skins and morph targets of a glTF show their ``rest``, as viewers do
-            before anything is animated, or are passed over (``bind``).
+        policy: what of the file is read.
 
     Raises:
         InputError: the file is not a mesh, is damaged, or uses what is not supported,
@@ -61,20 +64,36 @@ def read_asset(
     with naming(name):
         total = len(data) + sum(map(len, resources.values()))
         limits.check("file_bytes", total, "bytes")
-        return _dispatch(name, data, resources, limits, pose)
+        if is_archive(data):
+            return _read_archive(name, data, resources, limits, policy)
+        file = MeshFile(name, data, resources)
+        return _dispatch(file, limits, policy).read_from(file)
 
 
-def _dispatch(
-    name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits, pose: PosePolicy
+def _read_archive(
+    name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits, policy: ReadPolicy
 ) -> Asset:
+    required = "member" not in policy.inherited
+    packed = unpack(data, limits, _MESHES, policy.member, required=required)
+    mesh = replace(packed.mesh, resources={**resources, **packed.mesh.resources})
+    with naming(f"{name}/{mesh.name}"):
+        if is_archive(mesh.data):
+            raise InputError("this is an archive within an archive; expected the mesh itself")
+        asset = _dispatch(mesh, limits, policy)
+    asset.name = name
+    return asset.read_from(mesh, packed)
+
+
+def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
+    name, data, resources = file.name, file.data, file.resources
     refuse_pointer(data)
     if not data.strip(b"\x00 \t\r\n"):
         raise InputError(f"the file is empty{_other_kind(name)}; expected {_ACCEPTED}")
     if data.startswith(b"glTF"):
-        return read_glb(name, data, resources, limits, pose)
+        return read_glb(name, data, resources, limits, policy)
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith(b"{"):
-        return read_gltf(name, data, resources, limits, pose)
+        return read_gltf(name, data, resources, limits, policy)
     suffix = _suffix(name)
     if foreign := recognise_foreign(suffix, data):
         return read_foreign(name, foreign, data, limits)
@@ -96,4 +115,4 @@ def _suffix(name: str) -> str:
 def _other_kind(name: str) -> str:
     """That a file would be of no use with something in it either."""
     suffix = _suffix(name)
-    return "" if suffix in READABLE else f", and files named '{suffix}' are not read here"
+    return "" if suffix in _READABLE else f", and files named '{suffix}' are not read here"

@@ -63,10 +63,11 @@ class LoadedMesh(MeshFile):
 
         if self.given is not None:
             return trimesh.Scene(self.mesh)
+        asset = self._asset()
         return trimesh.load_scene(
-            io.BytesIO(self.data),
-            file_type=self._asset().format,
-            resolver=_Beside(self.resources, self.path),
+            io.BytesIO(asset.file.data),
+            file_type=asset.format,
+            resolver=_Beside(asset.file.resources, None if asset.packed else self.path),
             process=False,
             maintain_order=True,
         )

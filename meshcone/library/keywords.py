@@ -21,6 +21,8 @@ class OptionKeywords(TypedDict, total=False):
     normals: Literal["recompute", "keep"]
     instances: Literal["auto", "split", "refuse"]
     pose: Literal["rest", "bind"]
+    member: str
+    of_reference: Mapping[str, Any]
     draco: Literal["plain", "encode"]
     select: Mapping[str, Any]
     seed: int

@@ -12,7 +12,7 @@ from meshcone.gates.keep import Kept
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
 from meshcone.options.deviation import DeviationOptions
-from meshcone.options.files import SelectOptions
+from meshcone.options.files import Member, ReferenceOptions, SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
 from meshcone.options.section import Section
@@ -83,6 +83,11 @@ class Options(Section):
         description="where the skins and morph targets of a glTF are read and refined: at rest, as "
         "viewers show them before anything is animated, or as they are bound",
     )
+    member: Member | None = Field(
+        None,
+        description="path of the mesh in a ZIP archive; needed where several could be meant",
+    )
+    of_reference: ReferenceOptions = ReferenceOptions()
     draco: Literal["plain", "encode"] = Field(
         "plain",
         description="how what was compressed with Draco is written: as plain buffers, or "

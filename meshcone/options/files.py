@@ -1,4 +1,4 @@
-"""Which parts of the source's file are refined."""
+"""What of the files is read, and which parts of the source are refined."""
 
 from __future__ import annotations
 
@@ -9,6 +9,19 @@ from pydantic import Field
 from meshcone.options.section import Index, Section
 
 PartKey = Index | Annotated[str, Field(min_length=1, max_length=200)]
+
+
+Member = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class ReferenceOptions(Section):
+    """What of the reference is read, where that is not what is read of the source."""
+
+    member: Member | None = Field(
+        None,
+        description="which file of a ZIP archive is the reference; without it the path of the "
+        "source in its archive, where this one has it too, or else the obvious mesh",
+    )
 
 
 class SelectOptions(Section):

@@ -68,7 +68,7 @@ def audited(
     )
 
     def audit(mesh: Audited) -> AssetAudit:
-        return audit_asset(mesh.file, mesh.asset, mesh.validity, seen, ask_validator=ask)
+        return audit_asset(mesh.asset.file, mesh.asset, mesh.validity, seen, ask_validator=ask)
 
     asset = Audits(
         source=audit(source),

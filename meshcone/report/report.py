@@ -42,6 +42,7 @@ class InputRecord(_Record):
 
     name: str
     format: str
+    member: str | None = Field(None, description="path of the mesh in the archive that was sent")
     sha256: str
     resources: dict[str, str] = Field(
         default_factory=dict, description="SHA-256 of each file that was sent with it, by name"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from meshcone.assets import read_asset
+from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.fitting import require_known
@@ -64,7 +65,8 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
 
 def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited, Told]:
     with watch.stage("read"):
-        asset = read_asset(file.name, file.data, file.resources, pose=options.pose)
+        policy = ReadPolicy.of_source(options)
+        asset = read_asset(file.name, file.data, file.resources, policy=policy)
         mesh = Mesh(asset.vertices, asset.faces)
         if not mesh.face_areas.sum() > 0:
             raise InputError("every face is without area", file=asset.name)
@@ -78,7 +80,7 @@ def _beside(
     source: MeshFile, reference: MeshFile, options: Options, watch: Stopwatch
 ) -> tuple[Audited, Audited, Told]:
     with watch.stage("read"):
-        pair = read_pair(source, reference, options.pose)
+        pair = read_pair(source, reference, options)
     with watch.stage("quality"):
         found, held = (
             inspect(mesh, options.quality.intersection_pairs, collapsed=collapsed)

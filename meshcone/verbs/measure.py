@@ -53,7 +53,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
     require_known(options.gates, "measure")
     watch = Stopwatch()
     with watch.stage("read"):
-        pair = read_pair(source, reference, options.pose)
+        pair = read_pair(source, reference, options)
     with watch.stage("align"):
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)

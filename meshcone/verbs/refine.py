@@ -95,7 +95,7 @@ def refine(
     watch = Stopwatch()
     tracker.enter("read")
     with watch.stage("read"):
-        pair = read_pair(source, reference, options.pose).under(options)
+        pair = read_pair(source, reference, options).under(options)
     limited = _limited(options, solve_seconds)
     with time_allowed(limited.solver.time_limit):
         with watch.stage("align"):

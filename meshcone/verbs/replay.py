@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from meshcone.assets import read_asset
+from meshcone.assets.policy import ReadPolicy
 from meshcone.certificate.checks import Check, Verification
 from meshcone.certificate.file import read_certificate
 from meshcone.certificate.settings import settings_check
@@ -103,9 +104,11 @@ def _same_certificate(again: bytes | None, stored: bytes) -> bool:
 
 def _other_file(again: Refinement, source: MeshFile, refined: MeshFile) -> str:
     words = "refining again gives another file"
+    policy = ReadPolicy.of_source(again.report.options)
     try:
         here, there = (
-            read_asset(source.name, data, source.resources) for data in (again.data, refined.data)
+            read_asset(source.name, data, source.resources, policy=policy)
+            for data in (again.data, refined.data)
         )
     except MeshConeError:
         return words

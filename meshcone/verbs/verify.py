@@ -77,7 +77,7 @@ def verify(
     Raises:
         InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
-    pair = read_pair(source, reference, report.options.pose).under(report.options)
+    pair = read_pair(source, reference, report.options).under(report.options)
     meshes = (pair.source, pair.reference)
     vertices, faces = (sum(len(getattr(m, of)) for m in meshes) for of in ("vertices", "faces"))
     most = most_bytes(vertices, faces, report.options)

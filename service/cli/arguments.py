@@ -14,7 +14,7 @@ Source = Annotated[
     Path,
     typer.Argument(
         metavar="SOURCE",
-        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off.",
+        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off, or a .zip with one.",
         show_default=False,
     ),
 ]

@@ -11,6 +11,7 @@ from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from service.client import Client, ServiceError
 from tests import shapes
+from tests.archives import packed, unpacked
 from tests.unit.assets.builders import Gltf, compress
 
 
@@ -72,3 +73,27 @@ def test_a_compressed_file_comes_back_plain(client: Client, data_dir: Path, ball
     assert job.state == "succeeded", (data_dir / "service.log").read_text()
     assert b"KHR_draco" not in client.mesh(job.id)
     assert any("plain buffers" in each["words"] for each in client.report(job.id)["warnings"])
+
+
+def test_an_archive_is_sent_refined_and_fetched_as_one_file(client: Client, ball: MeshFile) -> None:
+    vertices, faces = shapes.sphere(2)
+    text, binary = shapes.gltf(shapes.noisy(vertices), faces, "data/rough.bin")
+    files = {"m/rough.gltf": text, "m/data/rough.bin": binary, "about.txt": b"made by a test"}
+
+    job = client.wait(client.submit(MeshFile("m.zip", packed(files)), ball, {"effort": "fast"}).id)
+
+    assert job.state == "succeeded"
+    after = unpacked(client.mesh(job.id))
+    assert {name for name in files if files[name] != after[name]} == {"m/rough.gltf"}
+    assert client.report(job.id)["inputs"]["source"]["member"] == "m/rough.gltf"
+
+
+def test_an_archive_of_several_meshes_is_refused_at_once_until_one_is_named(
+    client: Client, ball: MeshFile
+) -> None:
+    mesh = shapes.obj(*shapes.sphere(1))
+    source = MeshFile("two.zip", packed({"a.obj": mesh, "b.obj": mesh}))
+
+    with pytest.raises(ServiceError, match=r"several meshes: 'a\.obj', 'b\.obj'"):
+        client.submit(source, ball)
+    assert client.submit(source, ball, {"mode": "measure", "member": "b.obj"}).id

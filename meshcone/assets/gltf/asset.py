@@ -28,7 +28,7 @@ from meshcone.assets.gltf.shading import write_shading
 from meshcone.assets.gltf.split import split_shared
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
-from meshcone.assets.policy import DracoPolicy, PosePolicy, WritePolicy
+from meshcone.assets.policy import DracoPolicy, ReadPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError, InternalError
 from meshcone.notices import Code, Notice
@@ -39,10 +39,10 @@ def read_glb(
     data: bytes,
     resources: Mapping[str, bytes],
     limits: Limits,
-    pose: PosePolicy = "rest",
+    policy: ReadPolicy,
 ) -> GltfAsset:
     """Read a GLB file. Raises as ``read_gltf`` does."""
-    model = Model.read(data, split_glb(data, limits), resources, limits, pose)
+    model = Model.read(data, split_glb(data, limits), resources, limits, policy)
     return GltfAsset(name, data, model)
 
 
@@ -51,7 +51,7 @@ def read_gltf(
     data: bytes,
     resources: Mapping[str, bytes],
     limits: Limits,
-    pose: PosePolicy = "rest",
+    policy: ReadPolicy,
 ) -> GltfAsset:
     """Read a glTF file whose buffers are data URIs or among ``resources``.
 
@@ -59,7 +59,7 @@ def read_gltf(
         InputError: with a JSON pointer to what is malformed or not supported.
         LimitError: something is larger or deeper than ``limits`` accept.
     """
-    return GltfAsset(name, data, Model.read(data, None, resources, limits, pose))
+    return GltfAsset(name, data, Model.read(data, None, resources, limits, policy))
 
 
 _COPIED = {

@@ -18,7 +18,7 @@ from meshcone.assets.gltf.meshopt import expand
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
-from meshcone.assets.policy import PosePolicy
+from meshcone.assets.policy import ReadPolicy
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Model:
     accessors: Accessors
     scene: Scene
     limits: Limits
-    pose: PosePolicy
+    policy: ReadPolicy
     compressed: Compressed | None = None
     expanded: bool = False
 
@@ -65,7 +65,7 @@ class Model:
         container: Container | None,
         resources: Mapping[str, bytes],
         limits: Limits,
-        pose: PosePolicy,
+        policy: ReadPolicy,
     ) -> Model:
         """Parse a document and read its scene. Raises as ``read_gltf`` does."""
         document = parse_document(data if container is None else container.json, limits)
@@ -74,7 +74,7 @@ class Model:
         document, buffers = expanded or (document, buffers)
         plain, plain_buffers, primitives = inflate(document, buffers, limits)
         compressed = Compressed(document, buffers, primitives) if primitives else None
-        model = Model.of(container, plain, plain_buffers, limits, pose, compressed)
+        model = Model.of(container, plain, plain_buffers, limits, policy, compressed)
         return replace(model, expanded=expanded is not None)
 
     @staticmethod
@@ -83,17 +83,19 @@ class Model:
         document: Document,
         buffers: Buffers,
         limits: Limits,
-        pose: PosePolicy,
+        policy: ReadPolicy,
         compressed: Compressed | None = None,
     ) -> Model:
         """Read a document's scene."""
         accessors = Accessors(document, buffers, limits)
-        scene = read_scene(document, accessors, limits, pose)
-        return Model(container, document, accessors, scene, limits, pose, compressed)
+        scene = read_scene(document, accessors, limits, policy)
+        return Model(container, document, accessors, scene, limits, policy, compressed)
 
     def rebuilt(self, document: Document, buffers: Buffers) -> Model:
         """The same model with another document and buffers."""
-        model = Model.of(self.container, document, buffers, self.limits, self.pose, self.compressed)
+        model = Model.of(
+            self.container, document, buffers, self.limits, self.policy, self.compressed
+        )
         return replace(model, expanded=self.expanded)
 
     def store_positions(

@@ -17,7 +17,7 @@ from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.primitives import Primitive, PrimitiveReader
 from meshcone.assets.gltf.skins import PoseReader
 from meshcone.assets.limits import LARGEST_COORDINATE, Limits
-from meshcone.assets.policy import PosePolicy
+from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
 from meshcone.notices import Notice
 
@@ -71,7 +71,7 @@ class Scene:
 
 
 def read_scene(
-    document: Document, accessors: Accessors, limits: Limits, pose: PosePolicy = "rest"
+    document: Document, accessors: Accessors, limits: Limits, policy: ReadPolicy
 ) -> Scene:
     """Read the triangles of every mesh the default scene places.
 
@@ -79,21 +79,21 @@ def read_scene(
         document: the document.
         accessors: its accessors.
         limits: caps on sizes.
-        pose: whether skins and morph targets show ``rest`` or are passed over (``bind``).
+        policy: what of the document is read.
 
     Raises:
         InputError: something the scene uses is malformed, or a position is beyond
             ``LARGEST_COORDINATE``.
         LimitError: more vertices or triangles than ``limits`` accept, instances counted.
     """
-    return _SceneBuilder(document, accessors, limits, pose).build()
+    return _SceneBuilder(document, accessors, limits, policy).build()
 
 
 class _SceneBuilder:
     def __init__(
-        self, document: Document, accessors: Accessors, limits: Limits, pose: PosePolicy
+        self, document: Document, accessors: Accessors, limits: Limits, policy: ReadPolicy
     ) -> None:
-        self._pose = pose
+        self._policy = policy
         self._poses: PoseReader | None = None
         self._document = document
         self._accessors = accessors
@@ -115,7 +115,7 @@ class _SceneBuilder:
 
     def build(self) -> Scene:
         placements = place_meshes(self._document.root, self._accessors, self._limits)
-        if self._pose == "rest":
+        if self._policy.pose == "rest":
             self._poses = PoseReader(
                 self._document, self._accessors, self._limits, placements.worlds
             )
@@ -228,7 +228,7 @@ class _SceneBuilder:
 
     def _unposed(self, deforms: Callable[[PlacedPrimitive], bool]) -> set[int]:
         """Meshes that are read as they are stored, though something deforms them."""
-        if self._pose == "rest":
+        if self._policy.pose == "rest":
             return set()
         blocks = self._blocks
         found = (blocks[each.block].placement for each in self._placed if deforms(each))

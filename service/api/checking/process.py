@@ -117,6 +117,7 @@ def _answer(descriptors: list[int]) -> dict[str, Any]:
 
 def _check(descriptors: Iterator[int]) -> None:
     from meshcone.assets import read_asset
+    from meshcone.assets.policy import ReadPolicy
     from meshcone.options import Options
 
     request = json.loads(_content(next(descriptors)))
@@ -124,7 +125,8 @@ def _check(descriptors: Iterator[int]) -> None:
     for side, mesh in request["meshes"].items():
         data = _content(next(descriptors))
         resources = {name: _content(next(descriptors)) for name in mesh["resources"]}
-        asset = read_asset(mesh["name"], data, resources)
+        reading = ReadPolicy.of_source if side == "source" else ReadPolicy.of_reference
+        asset = read_asset(mesh["name"], data, resources, policy=reading(options))
         if side == "source" and options.mode == "refine":
             asset.ensure_writable(asset.policy(options))
             _check_list(options, resources, len(asset.weld))

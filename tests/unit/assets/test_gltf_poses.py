@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meshcone.assets import Asset, Limits, WritePolicy, read_asset
 from meshcone.assets.gltf import skins
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.policy import PosePolicy
+from meshcone.assets.policy import PosePolicy, ReadPolicy
 from meshcone.errors import InputError, LimitError
 from tests.unit.assets.builders import Gltf, chunks, cube_gltf, split_cube, stored
 
@@ -80,7 +80,7 @@ def shown_at_rest(gltf: Gltf) -> NDArray[np.float64]:
 
 
 def read(gltf: Gltf, pose: PosePolicy = "rest") -> Asset:
-    return read_asset("mesh.glb", gltf.glb(), pose=pose)
+    return read_asset("mesh.glb", gltf.glb(), policy=ReadPolicy(pose))
 
 
 def test_a_skinned_mesh_is_where_its_joints_show_it() -> None:
@@ -165,7 +165,7 @@ def test_joints_may_be_outside_of_the_scene() -> None:
 def test_in_the_bind_pose_joints_are_passed_over() -> None:
     asset = read(skinned(), "bind")
     assert np.array_equal(asset.positions, split_cube()[0].astype(float))
-    again = read_asset("mesh.glb", asset.patched(asset.vertices + 1), pose="bind")
+    again = read_asset("mesh.glb", asset.patched(asset.vertices + 1), policy=ReadPolicy("bind"))
     assert np.allclose(again.vertices, asset.vertices + 1)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from meshcone.assets import Limits, read_asset
+from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError, LimitError
 from meshcone.notices import Code, Notice
 from tests.unit.assets.builders import Gltf, cube_gltf, flat_gltf, split_cube
@@ -150,7 +151,7 @@ def posed(gltf: Gltf):
     attributes["JOINTS_0"] = gltf.accessor(np.zeros((24, 4), dtype=np.uint8))
     attributes["WEIGHTS_0"] = gltf.accessor(weights)
     gltf.json["skins"] = [{"joints": [0]}]
-    return read_asset("mesh.glb", gltf.glb(), pose="bind")
+    return read_asset("mesh.glb", gltf.glb(), policy=ReadPolicy("bind"))
 
 
 def test_a_skinned_mesh_can_be_read_in_its_bind_pose_with_a_warning():

@@ -55,7 +55,7 @@ class Forgery:
     def of(self, honest: Evidence) -> Evidence:
         """Forge report, certificate and refined file."""
         options = parse_options(self.options)
-        pair = read_pair(honest.source, honest.reference).under(options)
+        pair = read_pair(honest.source, honest.reference, options).under(options)
         aligned = None if self.motion is None else _alignment(pair, self.motion, options.seed)
         if self.motion is not None:
             pair = pair.placed(Alignment(self.motion, "icp", 0.0, 0.0))

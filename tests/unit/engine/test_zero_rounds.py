@@ -39,7 +39,7 @@ def test_zero_rounds_return_the_same_bytes(source: MeshFile, effort: str, align:
 
 @pytest.mark.parametrize("source", SOURCES, ids=lambda source: source.name)
 def test_a_vertex_that_stays_in_the_frame_stays_in_the_file(source: MeshFile) -> None:
-    pair = read_pair(source, smooth())
+    pair = read_pair(source, smooth(), parse_options({}))
     positions = pair.source.vertices.copy()
     positions[0] += 0.1
 

@@ -1,0 +1,6 @@
+"""ZIP archives with a mesh and the files it names."""
+
+from meshcone.assets.archive.choice import Packed, unpack
+from meshcone.assets.archive.directory import is_archive
+
+__all__ = ["Packed", "is_archive", "unpack"]
