@@ -19,7 +19,7 @@ from meshcone.quality.parts import Partition
 from meshcone.quality.records import Division, Validity
 from meshcone.report.data_checks import data_warnings
 from meshcone.report.report import AlignmentRecord, FrameRecord, InputRecord, Inputs
-from meshcone.surface import Frame, Mesh
+from meshcone.surface import Frame, Mesh, Subdivision
 from meshcone.surface.alignment import Alignment, AlignmentMode, align
 from meshcone.surface.arrays import Bools, Floats, row_lengths
 from meshcone.surface.similarity import invert, scale_of, transform_points
@@ -90,6 +90,30 @@ class Pair:
         moved = transform_points(alignment.matrix, self.source_asset.vertices)
         source = Mesh(self.frame.into(moved), self.source.faces)
         return replace(self, source=source, alignment=alignment)
+
+    def divided(self, subdivision: Subdivision, options: Options) -> Pair:
+        """Divide the faces of the source where they are, and place it as it is placed here.
+
+        The file that was sent stays what it was; what is written from now on is a copy of the
+        divided one.
+
+        Args:
+            subdivision: of the source's faces.
+            options: which say how that is written, and what of it may move.
+
+        Raises:
+            InputError, LimitError: it cannot be divided, is too large for a limit, or is not read
+                as the faces that were asked for.
+        """
+        asset = self.read_patched(self.source_asset.divided(subdivision))
+        if len(asset.faces) != len(subdivision.parents):
+            raise InputError(
+                "the divided file is not read as the faces asked for: its numbers are too coarse",
+                file=asset.name,
+            )
+        source = Mesh(self.frame.into(asset.vertices), asset.faces)
+        pair = replace(self, source_asset=asset, source=source).under(options)
+        return pair if self.alignment is None else pair.placed(self.alignment)
 
     def unit(self, gates: GateTable) -> str:
         """Name the unit of the reference: as the gates call it, metres for glTF, or "units"."""

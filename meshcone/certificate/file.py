@@ -2,9 +2,9 @@
 
 An ``.npz`` archive of plain arrays (no pickles). It holds how the refined surface and the
 reference were divided into pieces and what bounds each, and of the last round its starting
-point, its optimum, the multipliers that are not zero and their tension at each vertex, with
-a JSON document naming the files and settings it belongs to. Everything else is rebuilt from
-the files.
+point, its optimum, the multipliers that are not zero and their tension at each vertex. Where
+faces of the source were divided before, it says how. A JSON document names the files and settings
+it belongs to. Everything else is rebuilt from the files.
 """
 
 from __future__ import annotations
@@ -18,17 +18,20 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from meshcone.certificate.archive import LARGEST_ARCHIVE, ArchiveError, read_arrays
+from meshcone.certificate.division import DivisionRecord
 from meshcone.errors import InputError
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
 from meshcone.quality.deviation.leaves import Leaves
 from meshcone.report.report import Matrix
+from meshcone.surface import Subdivision
 from meshcone.surface.arrays import Floats, Ints
 
 Schema = Literal["meshcone.certificate/1", "meshcone.certificate/2"]
 _SCHEMA: Schema = "meshcone.certificate/2"
 _DIRECTIONS = ("extra", "missing")
+_DIVISION = "division_"
 # Bytes, unpacked. A piece takes 23 in either direction (half a cut of 13, half a leaf of up to
 # 33); a batch may be made beyond what was asked for, which the bytes of no mesh have room for. A
 # vertex or face takes its positions, its leaves, and the multipliers of the cones it has.
@@ -86,6 +89,8 @@ class CertificateFile:
         multipliers: by kind of cone: which (j,), and their values (j, dimension).
         tension: (n,) norms of the multipliers at each vertex.
         closeness: None where none was asked for, and in certificates of the first version.
+        division: how faces of the source were divided before the last round; None where none
+            was. Vertices are then those of the divided source.
     """
 
     document: CertificateDocument
@@ -94,12 +99,16 @@ class CertificateFile:
     multipliers: Mapping[str, tuple[Ints, Floats]]
     tension: Floats
     closeness: Closeness | None = None
+    division: DivisionRecord | None = None
 
     @staticmethod
     def of(
-        final: FinalProgram, document: CertificateDocument, closeness: Closeness | None
+        final: FinalProgram,
+        document: CertificateDocument,
+        closeness: Closeness | None,
+        division: Subdivision | None = None,
     ) -> CertificateFile:
-        """Take a certificate from a solved program and a proven deviation."""
+        """Take a certificate from a solved program, a proven deviation and a division."""
         return CertificateFile(
             document=document,
             before=final.before,
@@ -107,6 +116,7 @@ class CertificateFile:
             multipliers={e.family.kind: (e.which, e.values) for e in final.multipliers},
             tension=vertex_tension(final.multipliers, len(final.positions)),
             closeness=closeness,
+            division=None if division is None else DivisionRecord.of(division),
         )
 
     @staticmethod
@@ -142,6 +152,8 @@ class CertificateFile:
             leaves: Leaves = getattr(self.closeness, direction)
             for name, array in leaves.arrays().items():
                 arrays[f"{direction}_{name}"] = array
+        for name, array in self.division.arrays().items() if self.division is not None else ():
+            arrays[f"{_DIVISION}{name}"] = array
         return arrays
 
 
@@ -189,6 +201,7 @@ def _certificate(arrays: dict[str, Any]) -> CertificateFile:
         positions=_floats(arrays, "positions"),
         tension=_floats(arrays, "tension"),
         closeness=_closeness(arrays),
+        division=_division(arrays),
         multipliers=_multipliers(arrays),
     )
     if arrays:
@@ -212,6 +225,17 @@ def _closeness(arrays: dict[str, Any]) -> Closeness | None:
         return None
     try:
         return Closeness(*(Leaves.of_arrays(found[direction]) for direction in _DIRECTIONS))
+    except InputError as error:
+        raise ArchiveError(str(error)) from error
+
+
+def _division(arrays: dict[str, Any]) -> DivisionRecord | None:
+    names = [name for name in arrays if name.startswith(_DIVISION)]
+    if not names:
+        return None
+    found = {name.removeprefix(_DIVISION): _taken(arrays, name) for name in names}
+    try:
+        return DivisionRecord.of_arrays(found)
     except InputError as error:
         raise ArchiveError(str(error)) from error
 

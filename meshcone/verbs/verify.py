@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 from meshcone.certificate.checks import Check, Verification
 from meshcone.certificate.closeness import closeness_checks
+from meshcone.certificate.dividing import divide
 from meshcone.certificate.file import CertificateFile, most_bytes, read_certificate
 from meshcone.certificate.identity import identity_checks
 from meshcone.certificate.metrics import metrics_check
@@ -91,12 +92,19 @@ def verify(
         pair, placed = place(pair, report.options, report.alignment)
     except InputError as error:
         return Verification((*checks, Check("placed", False, str(error))))
+    checks += placed
+    if stored.division is not None:
+        try:
+            pair, division = divide(pair, stored.division, report.options, refined.data)
+        except (InputError, LimitError) as error:
+            return Verification((*checks, Check("division", False, str(error))))
+        checks += division
     closeness = closeness_checks(report, stored.closeness, pair, refined.data)
     if round_index is None:
         answer = _check_kept(report, pair, refined)
     else:
         answer = _check_answer(report, stored, round_index, pair, refined)
-    return Verification((*checks, *placed, *closeness, *answer))
+    return Verification((*checks, *closeness, *answer))
 
 
 def _check_kept(report: Report, pair: Pair, refined: MeshFile) -> Iterator[Check]:

@@ -213,16 +213,21 @@ class Attribute:
         corners: (k, 3) row of the values at each corner; -1 where there is none.
         read: gives the (r, c) values of r rows, normalised integers as the numbers they
             stand for.
+        step: distance of neighbouring values, where they are stored as integers; else 0.
+        stored: gives them as the file states them, where that is not what they stand for.
     """
 
     name: str
     corners: NDArray[np.int64]
     read: Callable[[NDArray[np.int64]], NDArray[np.float64]]
+    step: float = 0.0
+    stored: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None
 
-    def at_corners(self) -> NDArray[np.float64]:
+    def at_corners(self, *, as_stored: bool = False) -> NDArray[np.float64]:
         """(k, 3, c) values; NaN where a corner has none."""
         rows = self.corners.ravel()
-        values = self.read(np.maximum(rows, 0))
+        read = self.stored if as_stored and self.stored is not None else self.read
+        values = read(np.maximum(rows, 0))
         values[rows < 0] = np.nan
         return values.reshape(*self.corners.shape, -1)
 

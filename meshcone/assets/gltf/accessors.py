@@ -86,6 +86,13 @@ class Accessor:
         return _element_size(self.kind, self.component) // self.component.itemsize
 
     @property
+    def step(self) -> float:
+        """Distance of the numbers that neighbouring integers stand for; 0 for floats."""
+        if self.component.kind == "f":
+            return 0.0
+        return 1.0 / np.iinfo(self.component).max if self.normalized else 1.0
+
+    @property
     def size(self) -> int:
         """Bytes its elements take, stored densely."""
         return self.count * _element_size(self.kind, self.component)

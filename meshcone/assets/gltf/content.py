@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.content import Attribute, Content, Draw, Mesh, Node, Primitive
 from meshcone.assets.content.faults import Faults
-from meshcone.assets.gltf.accessors import Accessors, decode
+from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.lenient import Lenient
@@ -22,6 +22,8 @@ from meshcone.assets.gltf.motion import MotionReader
 from meshcone.assets.gltf.nodes import local_matrix
 from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.scene import PlacedPrimitive, Scene
+
+_Read = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 
 _MODES = ("points", "lines", "line loop", "line strip", "triangles", "strip", "fan")
 _TRIANGLES = 4
@@ -209,15 +211,15 @@ class _Reader:
         for name in attributes.members() if attributes else ():
             if attributes is None or not name.startswith(_CORNER_ATTRIBUTES):
                 continue
-            read = attributes.attempt(partial(self._values, name=name, vertices=vertices))
-            if read is not None and name == "NORMAL" and len(pose.matrices) > 1:
+            stored = attributes.attempt(partial(self._stored, name=name, vertices=vertices))
+            if stored is None:
+                continue
+            read: _Read = partial(self._values, stored)
+            if name == "NORMAL" and len(pose.matrices) > 1:
                 read = partial(_posed, read, pose)
-            if read is not None:
-                yield name, Attribute(name, corners, read)
+            yield name, Attribute(name, corners, read, stored.step)
 
-    def _values(
-        self, attributes: Element, *, name: str, vertices: int
-    ) -> Callable[[NDArray[np.int64]], NDArray[np.float64]]:
+    def _stored(self, attributes: Element, *, name: str, vertices: int) -> Accessor:
         index = attributes.reference(name, len(self._accessors.elements), "accessor")
         assert index is not None  # noqa: S101 - the name was just found
         accessor = self._accessors.describe(index)
@@ -225,7 +227,10 @@ class _Reader:
             raise accessor.element.error(
                 "count", f"{accessor.count} of {name} for {vertices} positions"
             )
-        return lambda rows: decode(self._accessors.read_rows(accessor, rows), accessor.normalized)
+        return accessor
+
+    def _values(self, accessor: Accessor, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        return decode(self._accessors.read_rows(accessor, rows), accessor.normalized)
 
     def _extras(self) -> Iterator[tuple[str, str]]:
         for array in _WITH_EXTRAS:
@@ -234,9 +239,7 @@ class _Reader:
                     yield each.pointer, _digest(each.extras)
 
 
-def _posed(
-    read: Callable[[NDArray[np.int64]], NDArray[np.float64]], pose: Pose, rows: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def _posed(read: _Read, pose: Pose, rows: NDArray[np.int64]) -> NDArray[np.float64]:
     """(r, 3) normals as they are shown: joints have turned them."""
     return pose.turn_normals(read(rows), rows)
 

@@ -26,6 +26,8 @@ from meshcone.assets.obj.scan import ObjLines
 from meshcone.assets.weld import group_equal_rows
 from meshcone.srgb import to_linear
 
+_Read = Callable[[NDArray[np.int64]], NDArray[np.float64]]
+
 _FLOAT = 4  # bytes
 _WIDTHS = {"TEXCOORD_0": 2, "NORMAL": 3, "COLOR_0": 3}
 _SHORT_INDICES = 65_535  # vertices that 16 bits can number (glTF 2.0, section 3.7.2.1)
@@ -178,18 +180,23 @@ class _Tables:
     def attributes(self, rows: NDArray[np.int64]) -> dict[str, Attribute]:
         """What some triangles have."""
         return {
-            name: Attribute(name, corners[rows], self._readers[name])
+            name: Attribute(name, corners[rows], self._readers[name], stored=self._stored.get(name))
             for name, corners in self._corners.items()
             if (corners[rows] >= 0).any()
         }
 
     @cached_property
-    def _readers(self) -> dict[str, Callable[[NDArray[np.int64]], NDArray[np.float64]]]:
+    def _readers(self) -> dict[str, _Read]:
         return {
             "TEXCOORD_0": lambda rows: self._texcoords[rows],
             "NORMAL": lambda rows: self._normals[rows],
-            "COLOR_0": lambda rows: self._colors[rows],
+            # As tools write them they are sRGB; in glTF, whose words these are, they are linear.
+            "COLOR_0": lambda rows: to_linear(self._colors[rows]),
         }
+
+    @cached_property
+    def _stored(self) -> dict[str, _Read]:
+        return {"COLOR_0": lambda rows: self._colors[rows]}
 
     @cached_property
     def _texcoords(self) -> NDArray[np.float64]:
@@ -202,5 +209,4 @@ class _Tables:
 
     @cached_property
     def _colors(self) -> NDArray[np.float64]:
-        # As tools write them they are sRGB; in glTF, whose words these are, they are linear.
-        return to_linear(read_colors(self._lines))
+        return read_colors(self._lines)

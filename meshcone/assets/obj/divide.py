@@ -25,6 +25,7 @@ from meshcone.surface.subdivision import DividedFaces, Subdivision
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _MOST_COLUMNS = 8  # of a statement: three coordinates, a weight, and a colour with its opacity
+_COLORED = 6  # columns that have a colour
 _NEEDED = {b"v": 3, b"vt": 1, b"vn": 3}
 _NO_DIRECTION = 1e-6  # length of the mean of unit normals that cancel out
 # Of texture coordinates: a hundred-millionth of a tile, or as much of the largest.
@@ -132,7 +133,8 @@ class _Table:
             values = _directions(values, ends[:, 0])
         if keyword == b"v":  # a weight is no part of a colour
             columns = np.isfinite(ends).sum(axis=2)
-            values[columns.min(axis=1) != columns.max(axis=1), 3:] = np.nan
+            mixed = columns.min(axis=1) != columns.max(axis=1)
+            values[mixed & (columns.min(axis=1) < _COLORED), 3:] = np.nan
         first_use = np.full(count + len(divided.corners), np.iinfo(np.int64).max)
         new = divided.faces >= count
         np.minimum.at(first_use, divided.faces[new], np.repeat(statements, 3)[new.ravel()])
