@@ -86,6 +86,7 @@ def test_events_come_as_they_happen(
     events = follow(broker, queued_job.id)
 
     assert [json.loads(each.data)["state"] for each in events] == ["queued", "canceled"]
+    later.join()  # it may not have its own answer yet
 
 
 def test_they_go_on_after_any_of_them(
