@@ -15,6 +15,10 @@ _RELIEF = {
     "max_displacement": "allow more movement (cones.max_displacement)",
     "pin": "pin fewer vertices (cones.pin)",
     "tolerance_band": "widen the band or align the meshes first (cones.tolerance_band, align)",
+    **dict.fromkeys(
+        ("stay", "stay_on_edges", "stay_on_faces"),
+        "stay less far away or on the other side (cones.offset, cones.stay)",
+    ),
 }
 
 
@@ -22,7 +26,7 @@ def in_words(error: ContradictionError, pair: Pair, problem: Formulated) -> Infe
     """Name the kinds in conflict, the vertices by their index in the file, and what to relax."""
     kinds = " and ".join(f"{c.kind} ({c.count})" for c in error.conflicts)
     where = "; ".join(_vertex(problem.in_source(index), pair) for index in _worst(error.conflicts))
-    relief = ", or ".join(_RELIEF[c.kind] for c in error.conflicts)
+    relief = ", or ".join(dict.fromkeys(_RELIEF[c.kind] for c in error.conflicts))
     return InfeasibleError(
         f"no mesh satisfies the requested constraints: {kinds} contradict each other "
         f"at {where}. To relax: {relief}",

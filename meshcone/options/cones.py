@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field, field_validator, model_validator
 
 from meshcone.options.section import Index, ModelLength, Section, Share, Weight
@@ -82,4 +84,16 @@ class ConeOptions(Section):
     tolerance_band: Length | None = Field(
         None, description="distance of every vertex from the plane at its closest reference point"
     )
+    stay: Literal["outside", "inside"] | None = Field(
+        None, description="the side of a closed reference that the mesh has to stay on"
+    )
+    offset: Length | None = Field(
+        None, description="how far it has to stay away on that side; 0 where it is not set"
+    )
     pin: PinOptions = PinOptions()
+
+    @model_validator(mode="after")
+    def _offset_of_a_side(self) -> ConeOptions:
+        if self.offset is not None and self.stay is None:
+            raise ValueError("'offset' needs 'stay', which says on which side")
+        return self

@@ -15,6 +15,7 @@ from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.feasibility import require_feasible
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
+from meshcone.program.request import RequestedCones
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_problem import SurfaceProblem
 from meshcone.surface.arrays import Floats
@@ -61,6 +62,11 @@ class Attempt:
         self.finish: Finish | None = None
         self._known: Sequence[Multipliers] = ()
         self._final: FinalProgram | None = None
+
+    @property
+    def request(self) -> RequestedCones:
+        """The cones its answer has to satisfy."""
+        return self._problem.request
 
     @property
     def rounds_left(self) -> int:

@@ -10,6 +10,7 @@ from meshcone.errors import InputError
 from meshcone.options import ConeOptions, EdgeCapOptions
 from meshcone.program.cones import ConeFamily, DisplacementCaps, EdgeCaps, Pins, ToleranceBand
 from meshcone.program.pulls import PlanePull
+from meshcone.program.staying import Staying
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints
 
@@ -40,15 +41,19 @@ class RequestedCones:
         displacement: caps on displacement, or None.
         pins: the pinned vertices, or None.
         band: half-width of the tolerance band, or None.
+        staying: the side of the reference to stay on, or None.
+        fixed: (n,) vertices that stay whatever is asked, or None for none.
     """
 
     edge_caps: EdgeCaps
     displacement: DisplacementCaps | None
     pins: Pins | None
     band: float | None
+    staying: Staying | None = None
+    fixed: Bools | None = None
 
-    def families(self, forward: PlanePull) -> list[ConeFamily]:
-        """List the families of a round whose closest reference points are ``forward``'s."""
+    def families(self, forward: PlanePull, moving: Mesh) -> list[ConeFamily]:
+        """List the families of a round that starts at ``moving``, as ``forward`` pulls there."""
         families: list[ConeFamily] = [self.edge_caps]
         if self.displacement is not None:
             families.append(self.displacement)
@@ -57,11 +62,23 @@ class RequestedCones:
         if self.band is not None:
             vertices = np.arange(len(forward.targets))[:, None]
             families.append(ToleranceBand(vertices, forward.targets, forward.normals, self.band))
+        if self.staying is not None:
+            families += self.staying.families(moving, self.fixed)
         return families
+
+    def strays(self, source: Mesh) -> bool:
+        """Whether a mesh is somewhere on the wrong side, or too near."""
+        held = [] if self.staying is None else self.staying.families(source, self.fixed)
+        return any(family.violation(source.vertices).any() for family in held)
 
 
 def resolve_cones(
-    source: Mesh, default_factor: float, asked: ConeOptions, radius: float, labels: SourceLabels
+    source: Mesh,
+    default_factor: float,
+    asked: ConeOptions,
+    radius: float,
+    labels: SourceLabels,
+    staying: Staying | None = None,
 ) -> RequestedCones:
     """Resolve the user's request against the input.
 
@@ -71,6 +88,7 @@ def resolve_cones(
         asked: the request.
         radius: the frame's radius in model units.
         labels: regions and vertex numbering of the file.
+        staying: the side of the reference to stay on, if one was asked for.
 
     Raises:
         InputError: a pinned vertex is not in the file.
@@ -87,6 +105,8 @@ def resolve_cones(
         else DisplacementCaps.uniform(source.vertices, displacement.in_frame(radius)),
         pins=Pins.at(source.vertices, pinned) if len(pinned) else None,
         band=None if asked.tolerance_band is None else asked.tolerance_band.in_frame(radius),
+        staying=staying,
+        fixed=labels.fixed,
     )
 
 

@@ -83,6 +83,7 @@ class SurfaceRefiner:
             self._problems.reference,
             self._problems.prepared.tree,
             self._options.quality.intersection_pairs,
+            distances=not self._has_to_leave(attempts[0]),
         )
         for attempt in attempts:
             require_time()
@@ -100,6 +101,10 @@ class SurfaceRefiner:
         return RefinedPositions(
             self._source.vertices, best.records, None, best.name, kept_because=reasons
         )
+
+    def _has_to_leave(self, attempt: Attempt) -> bool:
+        """Whether the input is where no answer may be: then every answer may be farther away."""
+        return attempt.request.strays(self._source)
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""

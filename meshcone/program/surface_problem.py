@@ -13,6 +13,7 @@ from meshcone.program.effort import Candidate
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
+from meshcone.program.staying import Staying
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats
@@ -54,7 +55,7 @@ class SurfaceProblem:
         objective = round_objective(
             round_index, moving, self.reference, self.structure, self.options
         )
-        return objective, self.request.families(objective.forward)
+        return objective, self.request.families(objective.forward, moving)
 
 
 @dataclass
@@ -68,6 +69,7 @@ class SurfaceProblems:
         radius: the frame's radius in model units, for lengths given in them.
         labels: regions and vertex numbering of the source file, for pins.
         prepared: the reference, sampled once for all settings.
+        staying: the side of it that the answer stays on, if one was asked for.
     """
 
     source: Mesh
@@ -76,11 +78,13 @@ class SurfaceProblems:
     radius: float = 1.0
     labels: SourceLabels | None = None
     prepared: PreparedReference = field(init=False)
+    staying: Staying | None = field(init=False)
 
     def __post_init__(self) -> None:
         """Sample the reference."""
         count = len(self.source.vertices)
         self.prepared = PreparedReference.of(self.reference, count, self.options.seed)
+        self.staying = Staying.of(self.prepared.tree, self.options.cones, self.radius)
 
     def problem(self, candidate: Candidate) -> SurfaceProblem:
         """Write the formulation under one setting."""
@@ -92,6 +96,8 @@ class SurfaceProblems:
             source=source,
             reference=self.prepared,
             structure=SourceStructure.of(source, self.prepared, chosen.noise_scale),
-            request=resolve_cones(source, chosen.edge_cap, self.options.cones, self.radius, labels),
+            request=resolve_cones(
+                source, chosen.edge_cap, self.options.cones, self.radius, labels, self.staying
+            ),
             options=chosen,
         )

@@ -46,11 +46,19 @@ class HarmCheck:
         reference: in its own frame.
         tree: closest points on the reference.
         intersection_pairs: pairs of faces that may be tested for self-intersections.
+        distances: whether it counts that an answer is farther from the reference.
     """
 
     def __init__(
-        self, source: Mesh, reference: Mesh, tree: SurfaceTree, intersection_pairs: int
+        self,
+        source: Mesh,
+        reference: Mesh,
+        tree: SurfaceTree,
+        intersection_pairs: int,
+        *,
+        distances: bool = True,
     ) -> None:
+        self._distances_count = distances
         self._source, self._tree, self._pairs = source, tree, intersection_pairs
         self._targets = np.concatenate(
             [
@@ -74,7 +82,7 @@ class HarmCheck:
                 ("the 95th percentile of the", was.p95, now.p95, _P95_SHARE, _P95_ROUNDING),
                 ("the largest", was.max, now.max, _MAX_SHARE, _MAX_ROUNDING),
             )
-            if after > (1 + share) * before + rounding
+            if self._distances_count and after > (1 + share) * before + rounding
         ]
         much_closer = now.mean <= _MUCH_CLOSER * was.mean
         share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE

@@ -4,6 +4,12 @@ from meshcone.program.cones.band import ToleranceBand
 from meshcone.program.cones.base import ConeFamily, ConeType, cone_violation
 from meshcone.program.cones.displacement import DisplacementCaps
 from meshcone.program.cones.edge_cap import EdgeCaps
+from meshcone.program.cones.one_side import (
+    OneSide,
+    StayingEdges,
+    StayingFaces,
+    StayingVertices,
+)
 from meshcone.program.cones.pin import Pins
 
 __all__ = [
@@ -11,7 +17,11 @@ __all__ = [
     "ConeType",
     "DisplacementCaps",
     "EdgeCaps",
+    "OneSide",
     "Pins",
+    "StayingEdges",
+    "StayingFaces",
+    "StayingVertices",
     "ToleranceBand",
     "cone_violation",
 ]

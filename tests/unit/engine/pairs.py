@@ -17,6 +17,10 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "max_displacement": CAPPED,
     "pin": {"effort": "fast", "cones": {"pin": {"vertices": [0, 1, 2, 3]}}},
     "tolerance_band": {"effort": "fast", "cones": {"tolerance_band": {"relative": 0.001}}},
+    "stay": {
+        "effort": "fast",
+        "cones": {"stay": "outside", "offset": {"relative": 0.01}},
+    },
     "edge_cap": {"effort": "fast", "cones": {"edge_cap": {"times_local_median": 1.1}}},
     "aligned": {"effort": "fast", "align": "similarity"},
     "full": {**CAPPED, "solver": {"method": "full"}},

@@ -14,7 +14,11 @@ from meshcone.program.cones import (
     ConeFamily,
     DisplacementCaps,
     EdgeCaps,
+    OneSide,
     Pins,
+    StayingEdges,
+    StayingFaces,
+    StayingVertices,
     ToleranceBand,
     cone_violation,
 )
@@ -23,8 +27,9 @@ from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.request import SourceLabels, resolve_cones
 from meshcone.program.round_solver import solve_round
 from meshcone.program.source_structure import SourceStructure
+from meshcone.program.staying import Staying
 from meshcone.program.surface_objective import SurfaceObjective
-from meshcone.surface import Mesh
+from meshcone.surface import Mesh, SurfaceTree
 from tests.meshes import noisy, sheet, sphere, torus
 
 ACTIVE = SolverOptions()
@@ -84,6 +89,10 @@ def by_clarabel(objective: SurfaceObjective, families: list[ConeFamily]) -> np.n
             constraints.append(cp.norm(X[i] - family.centres, 2, axis=1) <= family.caps)
         elif isinstance(family, Pins):
             constraints.append(X[i] == family.centres)
+        elif isinstance(family, OneSide):
+            middle = sum(X[corner] for corner in family.vertices.T) / family.vertices.shape[1]
+            height = cp.sum(cp.multiply(family.normals, middle - family.points), axis=1)
+            constraints.append(height >= family.offsets)
         elif isinstance(family, ToleranceBand):
             height = cp.sum(cp.multiply(family.normals, X[i] - family.points), axis=1)
             constraints.append(cp.abs(height) <= family.half_width)
@@ -108,6 +117,25 @@ def test_active_cones_all_cones_and_clarabel_agree(seed: int, draw: dict[str, fl
     # there ours, which both methods find, has to be the lower of the two.
     np.testing.assert_allclose(full.positions, independent, atol=5e-5)
     assert value(objective, full.positions) <= value(objective, independent) + 1e-8
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 1000), st.sampled_from(["outside", "inside"]), st.floats(0.0, 0.1))
+def test_a_side_to_stay_on_gives_what_clarabel_finds(seed: int, side: str, offset: float):
+    source, objective = small_program(seed)
+    document = {"stay": side, **({"offset": {"relative": offset}} if offset > 1e-9 else {})}
+    asked = ConeOptions.model_validate(document)
+    staying = Staying.of(SurfaceTree(sphere(2)), asked, 1.0)
+    assert staying is not None
+    families: list[ConeFamily] = [
+        EdgeCaps.relative(source, 2.0),
+        *staying.families(source, fixed=None),
+    ]
+
+    found = solve_round(objective, families, source.vertices, ACTIVE)
+
+    np.testing.assert_allclose(found.positions, by_clarabel(objective, families), atol=5e-5)
+    assert residuals(objective, families, found.positions, found.multipliers).worst < 1e-6
 
 
 def value(objective: SurfaceObjective, positions: np.ndarray) -> float:
@@ -151,6 +179,29 @@ def test_a_moved_vertex_is_no_optimum(
         Pins.at(torus(8, 6).vertices, np.array([0, 5, 9])),
         ToleranceBand(
             np.arange(48)[:, None], torus(8, 6).vertices, torus(8, 6).vertex_normals, 0.02
+        ),
+        *(
+            kind(corners, points, normals, np.full(len(corners), 0.02))
+            for kind, corners, points, normals in (
+                (
+                    StayingVertices,
+                    np.arange(48)[:, None],
+                    torus(8, 6).vertices,
+                    torus(8, 6).vertex_normals,
+                ),
+                (
+                    StayingEdges,
+                    torus(8, 6).edges[:48],
+                    torus(8, 6).vertices,
+                    torus(8, 6).vertex_normals,
+                ),
+                (
+                    StayingFaces,
+                    torus(8, 6).faces,
+                    torus(8, 6).corners.mean(axis=1),
+                    torus(8, 6).face_normals,
+                ),
+            )
         ),
     ],
     ids=lambda family: family.kind,

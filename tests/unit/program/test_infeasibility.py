@@ -12,7 +12,7 @@ from meshcone.program.cones import DisplacementCaps, EdgeCaps, Pins
 from meshcone.program.feasibility import require_feasible
 from meshcone.program.infeasibility import ContradictionError
 from meshcone.verbs.refine import refine
-from tests.meshes import sheet
+from tests.meshes import sheet, sphere
 
 
 def obj(mesh: object) -> bytes:
@@ -58,3 +58,24 @@ def test_the_message_names_the_kinds_the_vertices_of_the_file_and_what_to_relax(
     assert caught.value.file == "a.obj"
     for word in ("max_displacement", "tolerance_band", "vertex ", "To relax", "0.25)"):
         assert word in caught.value.message
+
+
+def test_a_side_farther_away_than_a_vertex_may_move_is_a_contradiction_in_words():
+    options = parse_options(
+        {
+            "effort": "fast",
+            "cones": {
+                "stay": "outside",
+                "offset": {"model": 0.5},
+                "max_displacement": {"model": 0.1},
+            },
+        }
+    )
+    ball = MeshFile("ball.obj", obj(sphere(2)))
+
+    with pytest.raises(InfeasibleError) as caught:
+        refine(ball, ball, options)
+
+    for word in ("max_displacement", "stay", "cones.offset"):
+        assert word in caught.value.message
+    assert caught.value.message.count("cones.offset") == 1
