@@ -117,8 +117,9 @@ class Code(StrEnum):
     )
     NODES_LEVEL = (
         "nodes.level",
-        "levels of detail for farther away, which are not read",
+        "levels of detail other than the one that is read",
     )
+    SCENES_OTHER = "scenes.other", "scenes other than the default one, which are not read"
     MESHES_EMPTY = "meshes.empty", "meshes without primitives, which draw nothing"
     PRIMITIVES_EMPTY = (
         "primitives.empty",

@@ -14,6 +14,7 @@ NormalsPolicy = Literal["recompute", "keep"]
 InstancesPolicy = Literal["auto", "split", "refuse"]
 DracoPolicy = Literal["plain", "encode"]
 PosePolicy = Literal["rest", "bind"]
+ALL_SCENES = "all"
 
 
 @dataclass(frozen=True)
@@ -24,25 +25,36 @@ class ReadPolicy:
         pose: whether skins and morph targets show their ``rest``, as viewers do before anything
             is animated, or are passed over (``bind``).
         member: which file of an archive is the mesh; None for the obvious one.
+        scene: which scene of a glTF is read, by name or index, or all of them; None for the one
+            that viewers show.
+        lod: which level of detail of a glTF is read, 0 for the finest.
         inherited: which of these were asked for of another file, so that this one need not
             have them.
     """
 
     pose: PosePolicy = "rest"
     member: str | None = None
+    scene: str | int | None = None
+    lod: int = 0
     inherited: frozenset[str] = frozenset()
 
     @classmethod
     def of_source(cls, options: Options) -> Self:
         """What options ask for of the source, or of a mesh alone."""
-        return cls(options.pose, options.member)
+        return cls(options.pose, options.member, options.scene, options.lod)
 
     @classmethod
     def of_reference(cls, options: Options) -> Self:
-        """What options ask for of the reference: the same, but for what they say of it apart."""
+        """What options ask for of the reference.
+
+        That is what they ask for of the source, but for what they say of the reference apart,
+        and for its level of detail: unless they say so it is the finest.
+        """
         apart = options.of_reference
-        inherited = frozenset() if apart.member else frozenset(["member"])
-        return cls(options.pose, apart.member or options.member, inherited)
+        own = {name: getattr(apart, name) for name in ("member", "scene")}
+        inherited = frozenset(name for name, value in own.items() if value is None)
+        chosen = {name: getattr(options, name) for name in inherited}
+        return cls(options.pose, **{**own, **chosen}, lod=apart.lod, inherited=inherited)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
 from meshcone.assets.pointers import refuse_pointer
-from meshcone.assets.policy import ReadPolicy
+from meshcone.assets.policy import ALL_SCENES, ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
@@ -66,6 +66,7 @@ def read_asset(
         limits.check("file_bytes", total, "bytes")
         if is_archive(data):
             return _read_archive(name, data, resources, limits, policy)
+        _require_archive(policy)
         file = MeshFile(name, data, resources)
         return _dispatch(file, limits, policy).read_from(file)
 
@@ -84,6 +85,21 @@ def _read_archive(
     return asset.read_from(mesh, packed)
 
 
+def _require_archive(policy: ReadPolicy) -> None:
+    if policy.member is not None and "member" not in policy.inherited:
+        raise InputError(
+            f"option 'member' names '{policy.member[:200]}' in an archive, and this is none"
+        )
+
+
+def _require_choice(policy: ReadPolicy) -> None:
+    """Refuse to read as it is a file of another format than one that has scenes."""
+    if policy.lod > 0:
+        raise InputError(f"option 'lod': only a glTF has a level {policy.lod}, and this is none")
+    if policy.scene not in (None, ALL_SCENES) and "scene" not in policy.inherited:
+        raise InputError("option 'scene': only a glTF has scenes, and this is none")
+
+
 def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
     name, data, resources = file.name, file.data, file.resources
     refuse_pointer(data)
@@ -94,6 +110,7 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith(b"{"):
         return read_gltf(name, data, resources, limits, policy)
+    _require_choice(policy)
     suffix = _suffix(name)
     if foreign := recognise_foreign(suffix, data):
         return read_foreign(name, foreign, data, limits)

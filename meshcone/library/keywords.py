@@ -22,6 +22,8 @@ class OptionKeywords(TypedDict, total=False):
     instances: Literal["auto", "split", "refuse"]
     pose: Literal["rest", "bind"]
     member: str
+    scene: int | str
+    lod: int
     of_reference: Mapping[str, Any]
     draco: Literal["plain", "encode"]
     select: Mapping[str, Any]

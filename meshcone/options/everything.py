@@ -12,7 +12,7 @@ from meshcone.gates.keep import Kept
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
 from meshcone.options.deviation import DeviationOptions
-from meshcone.options.files import Member, ReferenceOptions, SelectOptions
+from meshcone.options.files import Level, Member, ReferenceOptions, SceneKey, SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
 from meshcone.options.quality import QualityOptions
 from meshcone.options.section import Section
@@ -86,6 +86,14 @@ class Options(Section):
     member: Member | None = Field(
         None,
         description="path of the mesh in a ZIP archive; needed where several could be meant",
+    )
+    scene: SceneKey | None = Field(
+        None,
+        description="which scene of a glTF is read, by name or index, or all; without it the one "
+        "that viewers show",
+    )
+    lod: Level = Field(
+        0, description="which level of detail of a glTF's nodes (MSFT_lod) is read, 0 the finest"
     )
     of_reference: ReferenceOptions = ReferenceOptions()
     draco: Literal["plain", "encode"] = Field(

@@ -11,6 +11,8 @@ from meshcone.options.section import Index, Section
 PartKey = Index | Annotated[str, Field(min_length=1, max_length=200)]
 
 
+SceneKey = Index | Annotated[str, Field(min_length=1, max_length=200)]
+Level = Annotated[int, Field(ge=0, le=100)]
 Member = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
@@ -22,6 +24,12 @@ class ReferenceOptions(Section):
         description="which file of a ZIP archive is the reference; without it the path of the "
         "source in its archive, where this one has it too, or else the obvious mesh",
     )
+    scene: SceneKey | None = Field(
+        None,
+        description="which scene of a glTF is the reference, or all; without it the one that is "
+        "read of the source, where this file has one of that name or index, or else its default",
+    )
+    lod: Level = Field(0, description="which level of detail of a glTF is the reference")
 
 
 class SelectOptions(Section):

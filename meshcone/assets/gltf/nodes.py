@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessors
+from meshcone.assets.gltf.choice import levels_of, replacements, roots_of
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import (
-    LEVELS,
     RELATIVE_TO_CENTER,
     VISIBILITY,
     extension_of,
 )
 from meshcone.assets.gltf.instancing import instances
 from meshcone.assets.limits import Limits
+from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
 
 _IDENTITY = np.eye(4)
@@ -67,7 +68,7 @@ class Placements:
         invisible: nodes with a mesh that are switched off, or below one that is
             (KHR_node_visibility).
         flattened: nodes that scale a mesh to a line or a point.
-        levels: nodes with a mesh that stand for another from farther away (MSFT_lod).
+        levels: nodes with a mesh that is another level of detail than is read (MSFT_lod).
         origin: (3,) where the scene is (CESIUM_RTC).
         worlds: (4, 4) matrix to world space of each node of the scene.
     """
@@ -87,23 +88,30 @@ class Placements:
             self.shown.append(placement)
 
 
-def place_meshes(root: Element, accessors: Accessors, limits: Limits) -> Placements:
-    """Every mesh of the default scene.
-
-    Without a default scene the first is taken, and without any scene all root nodes.
+def place_meshes(
+    root: Element, accessors: Accessors, limits: Limits, policy: ReadPolicy
+) -> Placements:
+    """Every mesh of the scene that is read, in the level of detail that is.
 
     Raises:
-        InputError: a node is reached twice, or a transform is not a usable affine matrix.
+        InputError: a node is reached twice, a transform is not a usable affine matrix, or there
+            is no such scene or level.
         LimitError: the tree is deeper than ``limits.node_depth``.
     """
     nodes = root.children("nodes")
     meshes = len(root.children("meshes"))
-    children = [node.references("children", len(nodes), "node") for node in nodes]
-    levels = _levels(nodes)
+    levels = levels_of(nodes)
+    coarser = {each for ids in levels.values() for each in ids}
+    instead = replacements(levels, policy.lod)
+    # The tree may have them too; they are shown where the node is that they replace.
+    replacing = set(instead.values())
+    families = (node.references("children", len(nodes), "node") for node in nodes)
+    children = [[child for child in family if child not in replacing] for family in families]
     origin = _origin(root)
     placements = Placements([], [], [], [], origin[:3, 3], {})
     waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None, list[int] | None]]
-    waiting = [(node, origin, 1, None, None) for node in reversed(_roots(root, children))]
+    roots = (each for each in roots_of(root, children, policy) if each not in replacing)
+    waiting = [(node, origin, 1, None, None) for node in reversed(list(roots))]
     seen: set[int] = set()
     while waiting:
         index, parent, depth, above, hidden = waiting.pop()
@@ -121,29 +129,40 @@ def place_meshes(root: Element, accessors: Accessors, limits: Limits) -> Placeme
         placements.worlds[index] = world
         if _is_off(node):
             hidden = placements.invisible
-        elif index in levels:
+        elif index in coarser and index not in replacing:
             hidden = placements.levels
+        elif hidden is None and index in instead and index not in replacing:
+            hidden = placements.levels
+            waiting.append((instead[index], parent, depth, above, None))
         here = (index, above)
         mesh = node.reference("mesh", meshes, "mesh")
-        if mesh is not None:
-            skinned = "skin" in node.value
-            copies = None if skinned or hidden is not None else instances(node, accessors)
-            if hidden is not None:
-                hidden.append(index)
-            elif copies is None:
-                matrix = _IDENTITY if skinned else world
-                placements.add(Placement(index, mesh, matrix, _mirrors(world), skinned, here))
-            else:
-                total = len(placements.shown) + len(copies)
+        if mesh is not None and hidden is not None:
+            hidden.append(index)
+        elif mesh is not None:
+            for copy in _copies(node, mesh, world, here, accessors):
+                total = len(placements.shown) + 1
                 limits.check("meshes", total, "meshes placed", place=node.pointer)
-                for number, members in enumerate(copies):
-                    matrix = world @ local_matrix(Element(members, node.place("extensions")))
-                    placements.add(
-                        Placement(index, mesh, matrix, _mirrors(matrix), False, here, number)
-                    )
+                placements.add(copy)
         below = reversed(children[index])
         waiting += [(child, world, depth + 1, here, hidden) for child in below]
     return placements
+
+
+def _copies(
+    node: Element, mesh: int, world: NDArray[np.float64], lineage: Lineage, accessors: Accessors
+) -> Iterator[Placement]:
+    """A mesh at a node, or at each of the node's instances."""
+    index = lineage[0]
+    if "skin" in node.value:
+        yield Placement(index, mesh, _IDENTITY, _mirrors(world), True, lineage)
+        return
+    copies = instances(node, accessors)
+    if copies is None:
+        yield Placement(index, mesh, world, _mirrors(world), False, lineage)
+        return
+    for number, members in enumerate(copies):
+        matrix = world @ local_matrix(Element(members, node.place("extensions")))
+        yield Placement(index, mesh, matrix, _mirrors(matrix), False, lineage, number)
 
 
 def _origin(root: Element) -> NDArray[np.float64]:
@@ -153,16 +172,6 @@ def _origin(root: Element) -> NDArray[np.float64]:
     if extension is not None:
         origin[:3, 3] = extension.numbers("center", 3) or (0.0, 0.0, 0.0)
     return origin
-
-
-def _levels(nodes: list[Element]) -> set[int]:
-    """Nodes that take another's place where it is far away."""
-    found: set[int] = set()
-    for index, node in enumerate(nodes):
-        extension = extension_of(node, LEVELS)
-        if extension is not None:
-            found |= set(extension.references("ids", len(nodes), "node")) - {index}
-    return found
 
 
 def _is_off(node: Element) -> bool:
@@ -178,18 +187,6 @@ def _rank(matrix: NDArray[np.float64]) -> int:
     """How many dimensions a (4, 4) affine matrix keeps, to working precision."""
     singular_values = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     return int(np.count_nonzero(singular_values > 1e-12 * singular_values[0]))
-
-
-def _roots(root: Element, children: list[list[int]]) -> list[int]:
-    scenes = root.children("scenes")
-    if scenes:
-        default = root.reference("scene", len(scenes), "scene") or 0
-        return scenes[default].references("nodes", len(children), "node")
-    has_parent = {child for family in children for child in family}
-    roots = [node for node in range(len(children)) if node not in has_parent]
-    if children and not roots:
-        raise InputError("every node has a parent: the nodes form a cycle", place="/nodes")
-    return roots
 
 
 def local_matrix(node: Element) -> NDArray[np.float64]:

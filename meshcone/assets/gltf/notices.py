@@ -10,6 +10,7 @@ from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.nodes import Placements
 from meshcone.notices import Code, Notice
 
+_OTHER_SCENES = "not the default: not read, and left as {it is|they are}; see the option scene"
 _LEFT = "not shown, not read, and left as {it is|they are}"
 
 
@@ -19,6 +20,7 @@ class Findings:
 
     Attributes:
         placements: the meshes of the scene.
+        scenes: other scenes, which are not read.
         skinned, morphed: meshes with a skin and with morph targets.
         empty: primitives that draw nothing.
         ragged: primitives with indices left over.
@@ -27,6 +29,7 @@ class Findings:
     """
 
     placements: Placements
+    scenes: list[int]
     skinned: Collection[int]
     morphed: Collection[int]
     empty: list[Element]
@@ -41,13 +44,19 @@ def scene_notices(document: Document, found: Findings) -> tuple[Notice, ...]:
 
 
 def _notices(document: Document, found: Findings) -> Iterator[Notice]:
-    nodes, meshes = document.root.children("nodes"), document.root.children("meshes")
+    nodes, meshes, scenes = map(document.root.children, ("nodes", "meshes", "scenes"))
     placements = found.placements
     bare = {p.mesh for p in placements.shown if not meshes[p.mesh].children("primitives")}
     for code, array, indices, words in (
         (Code.NODES_INVISIBLE, nodes, placements.invisible, f"switched off: {_LEFT}"),
         (Code.NODES_FLATTENED, nodes, placements.flattened, f"scaled to a line or point: {_LEFT}"),
-        (Code.NODES_LEVEL, nodes, placements.levels, f"for farther away: {_LEFT}"),
+        (Code.NODES_LEVEL, nodes, placements.levels, f"of another level of detail: {_LEFT}"),
+        (
+            Code.SCENES_OTHER,
+            scenes,
+            found.scenes,
+            _OTHER_SCENES,
+        ),
         (Code.MESHES_EMPTY, meshes, bare, "without primitives: nothing is drawn"),
         (Code.SKIN_BIND_POSE, meshes, found.skinned, "skinned: read in {its|their} bind pose"),
         (
@@ -58,7 +67,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         ),
     ):
         if indices:
-            kind = "node" if array is nodes else "mesh"
+            kind = "scene" if array is scenes else "node" if array is nodes else "mesh"
             yield _about(code, kind, [array[index] for index in sorted(set(indices))], words)
     for code, elements, words in (
         (Code.PRIMITIVES_EMPTY, found.empty, "without vertices or enough indices: not drawn"),
@@ -79,7 +88,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         yield Notice(Code.VERTICES_ASTRAY, words)
 
 
-_PLURALS = {"node": "nodes", "mesh": "meshes", "primitive": "primitives"}
+_PLURALS = {"scene": "scenes", "node": "nodes", "mesh": "meshes", "primitive": "primitives"}
 
 
 def _about(code: Code, kind: str, elements: list[Element], words: str) -> Notice:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
+from meshcone.assets.gltf.choice import scenes_left
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.nodes import Placement, Placements, place_meshes
@@ -114,7 +115,7 @@ class _SceneBuilder:
         self._undrawn = 0
 
     def build(self) -> Scene:
-        placements = place_meshes(self._document.root, self._accessors, self._limits)
+        placements = place_meshes(self._document.root, self._accessors, self._limits, self._policy)
         if self._policy.pose == "rest":
             self._poses = PoseReader(
                 self._document, self._accessors, self._limits, placements.worlds
@@ -217,6 +218,7 @@ class _SceneBuilder:
     def _warnings(self, placements: Placements) -> tuple[Notice, ...]:
         found = Findings(
             placements=placements,
+            scenes=scenes_left(self._document.root, self._policy),
             skinned=self._unposed(lambda placed: bool(placed.primitive.joints)),
             morphed=self._unposed(lambda placed: bool(placed.primitive.targets)),
             empty=self._reader.empty,
