@@ -4,12 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 AUDIT := $(VENV)/audit/bin/python
+GENERATORS := $(VENV)/generators/.installed
 STAMP := $(VENV)/.installed
 TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi audit validator browser screenshots clean
+.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -53,6 +54,17 @@ validator: $(VALIDATOR)
 
 $(VALIDATOR): $(STAMP)
 	npm install --no-save --no-package-lock --no-audit --no-fund --prefix $(VENV) gltf-validator@2.0.0-dev.3.10
+
+# Tools of others that make clients of the API's description; they need older versions of what we
+# need, so they have an environment of their own. Without them, and outside CI, those tests are skipped.
+generators: $(GENERATORS)
+
+$(GENERATORS): $(STAMP)
+	$(PYTHON) -m venv $(VENV)/generators
+	$(VENV)/generators/bin/python -m pip install --quiet --disable-pip-version-check openapi-python-client==0.29.1
+	npm install --no-save --no-package-lock --no-audit --no-fund --prefix $(VENV)/generators \
+	  openapi-typescript@7.13.0 openapi-fetch@0.17.0 typescript@5.9.3 @types/node@20.19.43
+	touch $@
 
 # Debian's Chromium, in which the pages are tested, and curl, whose command they show; without
 # them, and outside CI, those tests are skipped.

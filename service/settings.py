@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+from urllib.parse import urlsplit
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from worker.webhooks.settings import WebhookSettings
 
 MEBIBYTE = 1024 * 1024
+
+
+def _origins(text: str) -> str:
+    for origin in text.split(","):
+        url = urlsplit(origin)
+        is_origin = url.scheme in ("http", "https") and f"{url.scheme}://{url.netloc}" == origin
+        if origin != "*" and not (is_origin and url.hostname):
+            raise ValueError(f"'{origin}' is no origin, such as https://assets.example.org")
+    return text
 
 
 class ServiceSettings(WebhookSettings):
@@ -75,6 +85,13 @@ class ServiceSettings(WebhookSettings):
     retry_after: int = Field(
         default=1, ge=1, description="seconds a client is asked to wait before it looks again"
     )
+    cors_origins: Annotated[str, AfterValidator(_origins)] | None = Field(
+        default=None,
+        max_length=4096,
+        description="origins whose pages may use this service, such as "
+        "https://assets.example.org, separated by commas; `*` is any, of a server that asks for "
+        "keys; by default none",
+    )
     require_keys: Literal["auto", "always"] = Field(
         default="auto",
         description="`auto` asks for API keys unless the address listened on is a loopback one; "
@@ -91,3 +108,8 @@ class ServiceSettings(WebhookSettings):
     key_daily_bytes: int = Field(
         default=0, ge=0, description="bytes of files one API key may send a day; 0 for any number"
     )
+
+    @property
+    def origins(self) -> tuple[str, ...]:
+        """The origins whose pages may use this service."""
+        return () if self.cors_origins is None else tuple(self.cors_origins.split(","))

@@ -137,11 +137,15 @@ class Authentication:
         app: what it protects; ``app.state.key_ring`` of the application is asked.
         keys_required: whether every request needs a key. Where it is false, as on a loopback
             address, a key that is sent must be a good one all the same.
+        origins: sites whose pages may use the service where it asks for no key.
     """
 
-    def __init__(self, app: ASGIApp, *, keys_required: bool) -> None:
+    def __init__(
+        self, app: ASGIApp, *, keys_required: bool, origins: frozenset[str] = frozenset()
+    ) -> None:
         self._app = app
         self._keys_required = keys_required
+        self._origins = origins
 
     async def __call__(self, scope: ConnectionScope, receive: Receive, send: Send) -> None:
         """Pass a request on, with its key as ``request.state.key``."""
@@ -180,7 +184,7 @@ class Authentication:
                 raise broker_problem(error, scope["app"].state.settings.data_dir) from None
         if self._keys_required:
             raise _unauthorized("an API key is needed: send it as 'Authorization: Bearer KEY'")
-        _refuse_other_sites(headers)
+        _refuse_other_sites(headers, self._origins)
         return _Admission(None, {})
 
 
@@ -189,7 +193,7 @@ def _unauthorized(detail: str, parameters: str = "") -> ProblemError:
     return ProblemError(problem("unauthorized", detail), {"WWW-Authenticate": challenge})
 
 
-def _refuse_other_sites(headers: Headers) -> None:
+def _refuse_other_sites(headers: Headers, allowed: frozenset[str]) -> None:
     """Refuse what a page of another site has a browser on this machine send.
 
     A server that asks for no key because only this machine reaches it is reached by every
@@ -197,7 +201,8 @@ def _refuse_other_sites(headers: Headers) -> None:
     owner has let point here.
     """
     host, origin = headers.get("host", ""), headers.get("origin")
-    if not _is_own(f"//{host}") or (origin is not None and not _is_own(origin)):
+    is_allowed = origin is None or origin in allowed or _is_own(origin)
+    if not _is_own(f"//{host}") or not is_allowed:
         raise ProblemError(
             problem(
                 "forbidden",

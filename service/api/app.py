@@ -20,6 +20,7 @@ from service.access.auth import Authentication, KeyRing, describe_security
 from service.api.context import open_context
 from service.api.middleware.body_limit import BodyLimit
 from service.api.middleware.compression import Compression
+from service.api.middleware.cross_origin import CrossOrigin
 from service.api.middleware.headers import SecurityHeaders
 from service.api.middleware.lingering import Lingering
 from service.api.middleware.request_log import PROBES, RequestLog
@@ -123,8 +124,12 @@ def create_app(
     problems.install_handlers(app)
     app.add_middleware(Compression)
     app.add_middleware(BodyLimit, limit=settings.max_upload_bytes)
-    app.add_middleware(Authentication, keys_required=keys_required)
+    app.add_middleware(
+        Authentication, keys_required=keys_required, origins=frozenset(settings.origins)
+    )
     app.add_middleware(Lingering)
+    if settings.origins:
+        app.add_middleware(CrossOrigin, origins=settings.origins)
     app.add_middleware(RequestLog)
     app.add_middleware(SecurityHeaders)
     return app

@@ -184,6 +184,14 @@ class Job(ListedJob):
         return {"options": record.options}
 
 
+class Deletion(BaseModel):
+    """What a deletion of many jobs has come to."""
+
+    deleted: int = Field(description="jobs that are gone")
+    not_finished: int = Field(description="jobs that are queued or running, and stay")
+    next: str | None = Field(description="the `cursor` with which to go on; null where all is done")
+
+
 class JobList(BaseModel):
     """Some jobs, newest first."""
 

@@ -23,7 +23,16 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
-from service.api.schemas import JOBS_PATH, Job, JobList, ListedJob, NamedBlob, SentFile, job_path
+from service.api.schemas import (
+    JOBS_PATH,
+    Deletion,
+    Job,
+    JobList,
+    ListedJob,
+    NamedBlob,
+    SentFile,
+    job_path,
+)
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
 from worker.jobs.records import FINAL_STATES
@@ -221,6 +230,24 @@ class Client:
     def delete(self, job_id: str) -> None:
         """Remove a job that has ended, with its files."""
         self._request("DELETE", job_path(job_id))
+
+    def delete_all(self, *labels: str) -> Deletion:
+        """Remove every job that has all of the labels and has ended, page by page.
+
+        Raises:
+            ValueError: no label is named.
+        """
+        if not labels:
+            raise ValueError("name a label at least")
+        deleted = not_finished = 0
+        parameters: dict[str, Any] = {"label": labels}
+        while True:
+            answer = self._request("DELETE", JOBS_PATH, params=parameters)
+            page = Deletion.model_validate_json(answer.content)
+            deleted, not_finished = deleted + page.deleted, not_finished + page.not_finished
+            if page.next is None:
+                return Deletion(deleted=deleted, not_finished=not_finished, next=None)
+            parameters["cursor"] = page.next
 
     def input(self, file: SentFile) -> bytes:
         """A file that a job was sent, byte for byte, as long as the job has not expired."""

@@ -224,3 +224,24 @@ def test_a_server_that_is_no_such_service_is_called_that(script: Script) -> None
 
     with pytest.raises(InputError, match="no MeshCone service answers"):
         connect(script.url)
+
+
+def test_the_jobs_of_a_label_are_deleted_page_by_page(script: Script) -> None:
+    script.succeeds(body={"deleted": 200, "not_finished": 1, "next": "abc"})
+    script.succeeds(body={"deleted": 3, "not_finished": 0, "next": None})
+
+    with Client(script.url) as client:
+        done = client.delete_all("nightly", "old")
+
+    assert (done.deleted, done.not_finished) == (203, 1)
+    assert [request[0] for request in script.requests] == [
+        "DELETE /v1/jobs?label=nightly&label=old",
+        "DELETE /v1/jobs?label=nightly&label=old&cursor=abc",
+    ]
+
+
+def test_a_deletion_without_a_label_is_not_sent(script: Script) -> None:
+    with Client(script.url) as client, pytest.raises(ValueError, match="name a label"):
+        client.delete_all()
+
+    assert script.requests == []

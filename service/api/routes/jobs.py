@@ -11,7 +11,7 @@ from fastapi import BackgroundTasks, Depends, Query, Response, status
 
 from service.api.context import ContextDependency
 from service.api.routing import Absent, ResourceRouter
-from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Job, JobList, ListedJob
+from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Deletion, Job, JobList, ListedJob
 from service.api.submission.uploads import MAX_LABELS, NAME_LENGTH
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
@@ -46,6 +46,8 @@ NameQuery = Annotated[
     ),
 ]
 
+CursorQuery = Annotated[str | Absent, Query(description="`next` of the page before")]
+
 
 def find_job(job_id: str, context: ContextDependency) -> JobRecord:
     """The job a path names, as a dependency.
@@ -71,18 +73,15 @@ def list_jobs(
     label: LabelQuery = [],  # noqa: B006 - the framework copies it
     verdict: Annotated[Verdict | Absent, Query(description="what the gates say")] = None,
     name: NameQuery = "",
-    cursor: Annotated[str | Absent, Query(description="`next` of the page before")] = None,
+    cursor: CursorQuery = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> JobList:
     """A page of the jobs that state, labels, verdict and name select.
 
     They are listed by the time they were sent, so that none moves while pages are turned.
     """
-    after = None if cursor is None else job_before(cursor)
-    if cursor is not None and after is None:
-        raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
     wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label), name=name)
-    page = context.ledger.index.page(limit, cursor=after, wanted=wanted)
+    page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
     return JobList(
         jobs=[ListedJob.of(record, context.settings.result_ttl) for record in page.jobs],
@@ -115,6 +114,34 @@ def cancel_job(record: FoundJob, context: ContextDependency, response: Response)
     return context.job(now)
 
 
+@router.delete("", summary="Delete the jobs of a label")
+def delete_jobs(
+    context: ContextDependency,
+    later: BackgroundTasks,
+    label: Annotated[LabelQuery, Query(min_length=1)],
+    cursor: CursorQuery = None,
+    limit: Annotated[int, Query(ge=1, le=200, description="jobs to look at")] = 200,
+) -> Deletion:
+    """Remove the jobs that have all of the labels and have ended, a page of them at a time.
+
+    Those that are queued or running stay: cancel them first.
+    """
+    wanted = JobFilter(labels=frozenset(label))
+    page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
+    deleted = not_finished = 0
+    for record in page.jobs:
+        try:
+            later.add_task(context.blobs.remove, context.ledger.delete(record.id))
+        except TransitionRefusedError:
+            not_finished += 1
+        except UnknownJobError:
+            continue  # somebody else has deleted it meanwhile
+        else:
+            deleted += 1
+    following = None if page.cursor is None else cursor_after(page.cursor)
+    return Deletion(deleted=deleted, not_finished=not_finished, next=following)
+
+
 @router.delete(
     "/{job_id}",
     status_code=status.HTTP_204_NO_CONTENT,
@@ -133,6 +160,18 @@ def delete_job(record: FoundJob, context: ContextDependency, later: BackgroundTa
         raise _unknown() from None
     # A file store can be slow; what is not removed now, housekeeping removes.
     later.add_task(context.blobs.remove, unneeded)
+
+
+def _position(cursor: str | None) -> str | None:
+    """The job after which a page begins.
+
+    Raises:
+        ProblemError: the cursor is not one of this service.
+    """
+    after = None if cursor is None else job_before(cursor)
+    if cursor is not None and after is None:
+        raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
+    return after
 
 
 def _unknown() -> ProblemError:

@@ -40,7 +40,7 @@ def test_a_method_that_is_not_possible_is_a_problem_with_those_that_are(http: Te
     answer = http.put("/v1/jobs")
 
     assert_problem(answer, 405, "method-not-allowed")
-    assert answer.headers["allow"] == "GET, HEAD, POST"
+    assert answer.headers["allow"] == "DELETE, GET, HEAD, POST"
 
 
 def test_a_parameter_out_of_range_is_a_problem(http: TestClient) -> None:
