@@ -64,6 +64,15 @@ def files_of(path: Path) -> list[Path]:
         return [path]
 
 
+def names_beside(data: bytes) -> Iterator[str]:
+    """The names, within its own folder, that a glTF has for its buffers and images.
+
+    Args:
+        data: the file, as text or binary; of a binary one, its first chunk will do.
+    """
+    return filter(None, map(from_uri, _uris(_document(data))))
+
+
 def read_bytes(path: Path) -> bytes:
     """Read a file.
 
@@ -81,8 +90,7 @@ def _beside(path: Path, data: bytes) -> dict[str, Path]:
     """The files that are there, by the names within the mesh's folder that it has for them."""
     if path.suffix.lower() == ".obj":
         return _beside_obj(path.parent, data)
-    names = filter(None, map(from_uri, _uris(_document(data))))
-    return _existing(path.parent, names)
+    return _existing(path.parent, names_beside(data))
 
 
 def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:

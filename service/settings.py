@@ -7,6 +7,7 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field
 
+from worker.transfers.settings import TransferSettings
 from worker.webhooks.settings import WebhookSettings
 
 MEBIBYTE = 1024 * 1024
@@ -21,7 +22,7 @@ def _origins(text: str) -> str:
     return text
 
 
-class ServiceSettings(WebhookSettings):
+class ServiceSettings(WebhookSettings, TransferSettings):
     """Settings of the HTTP front end, from ``MESHCONE_*`` environment variables."""
 
     max_upload_bytes: int = Field(

@@ -25,6 +25,7 @@ from service.api.middleware.headers import SecurityHeaders
 from service.api.middleware.lingering import Lingering
 from service.api.middleware.request_log import PROBES, RequestLog
 from service.api.routes import blobs, events, health, inputs, jobs, metrics, results, submit
+from service.api.schemas import JobRequest
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_async
 from worker.jobs.events import EventFeed
@@ -39,6 +40,7 @@ _SPARE = 16  # connections to the broker, beside one for each client's
 _REFERENCE = "#/components/schemas/{model}"
 _MODELS: dict[type[BaseModel], JsonSchemaMode] = {
     Options: "validation",
+    JobRequest: "validation",
     Report: "serialization",
     MeasureReport: "serialization",
     AuditReport: "serialization",

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from datetime import datetime, timedelta
-from typing import Any, Self
+from typing import Annotated, Any, Literal, Self
 from urllib.parse import quote
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from meshcone.options import Mode
 from service.problems import Problem, problem_of
-from worker.jobs.records import JobProgress, JobRecord, JobState, StoredFile, Verdict
+from worker.jobs.records import JobFile, JobProgress, JobRecord, JobState, RemoteFile, Verdict
 from worker.jobs.summaries import JobSummary
+from worker.outbound.addresses import URL_LENGTH
 
 JOBS_PATH = "/v1/jobs"
 LABEL_LENGTH = 200  # characters
@@ -36,20 +37,96 @@ class NamedBlob(BaseModel):
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
 
 
+class LinkedFile(BaseModel):
+    """A file that is somewhere else, and is fetched before its job begins."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    url: str = Field(
+        pattern=r"^(https?|s3)://",
+        max_length=URL_LENGTH,
+        description="an https:// URL of a public address, or s3://bucket/key of a bucket that this "
+        "installation fetches from",
+    )
+    name: str | None = Field(
+        default=None,
+        description="file name, whose suffix tells the format; by default the last part of the "
+        "URL's path",
+    )
+    sha256: str | None = Field(
+        default=None,
+        pattern=r"^[0-9a-f]{64}$",
+        description="what is found there must have this hash",
+    )
+    authorization: str | None = Field(
+        default=None,
+        max_length=100,
+        description="the name of a secret of this installation to send as the header Authorization",
+    )
+    resources: Literal["relative"] | None = Field(
+        default=None,
+        description="`relative`: buffers and images that this glTF names are fetched from its own "
+        "folder; by default only those that the request names are there",
+    )
+
+
+def _kind_of_name(value: Any) -> str:
+    is_linked = isinstance(value, LinkedFile) or (isinstance(value, dict) and "url" in value)
+    return "LinkedFile" if is_linked else "NamedBlob"
+
+
+FileByName = Annotated[
+    Annotated[NamedBlob, Tag("NamedBlob")] | Annotated[LinkedFile, Tag("LinkedFile")],
+    Discriminator(_kind_of_name),  # so that what is wrong is said of the one that is meant
+]
+
+
+class JobRequest(BaseModel):
+    """A job whose files were sent before or are somewhere else."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    source: FileByName = Field(description="the mesh to refine, measure or audit")
+    reference: FileByName | None = Field(
+        default=None,
+        description="the mesh to refine it towards; only the mode audit can do without",
+    )
+    options: dict[str, Any] = Field(
+        default_factory=dict,
+        description="those that are not to be the default; see the schema Options",
+    )
+    source_resources: tuple[FileByName, ...] = Field(
+        default=(), description="files that the source names"
+    )
+    reference_resources: tuple[FileByName, ...] = Field(
+        default=(), description="files that the reference names"
+    )
+    resources: tuple[FileByName, ...] = Field(default=(), description="files that both name")
+    labels: tuple[str, ...] = Field(default=(), description="names to find the job by")
+    webhook: str | None = Field(default=None, description="where to say that the job has ended")
+
+
 class SentFile(BaseModel):
-    """A file as it was received."""
+    """A file of a job, as it was received or as it is to be fetched."""
 
     name: str
-    size: int = Field(description="bytes")
-    sha256: str
+    size: int | None = Field(description="bytes; null until it has been fetched")
+    sha256: str | None = Field(description="null until it has been fetched")
     link: str | None = Field(
-        default=None, description="where to have it again; absent once the job has expired"
+        default=None,
+        description="where to have it again; absent once the job has expired, and until the file "
+        "has been fetched",
+    )
+    url: str | None = Field(
+        default=None, description="where it was or is to be fetched from, without the query"
     )
 
     @classmethod
-    def of(cls, file: StoredFile, link: str | None) -> SentFile:
-        """The public part of a stored file, and where it can be had."""
-        return cls(name=file.name, size=file.size, sha256=file.digest, link=link)
+    def of(cls, file: JobFile, link: str | None) -> SentFile:
+        """The public part of a job's file, and where it can be had."""
+        if isinstance(file, RemoteFile):
+            return cls(name=file.name, size=None, sha256=None, url=file.origin)
+        return cls(name=file.name, size=file.size, sha256=file.digest, link=link, url=file.origin)
 
 
 class JobLinks(BaseModel):
@@ -140,7 +217,7 @@ class ListedJob(BaseModel):
             return None if record.expired else f"{job_path(record.id)}/{tail}"
 
         def resources(field: str) -> list[SentFile]:
-            files: tuple[StoredFile, ...] = getattr(record, field)
+            files: tuple[JobFile, ...] = getattr(record, field)
             return [SentFile.of(file, below(f"{field}/{quote(file.name)}")) for file in files]
 
         return cls(

@@ -16,6 +16,7 @@ from service.cli import (
     refine,
     serve,
     submit,
+    transfers,
     verify,
     webhooks,
     worker,
@@ -63,6 +64,7 @@ app.command("serve")(serve.command)
 app.command("api")(api.command)
 app.command("worker")(worker.command)
 app.command("webhooks")(webhooks.command)
+app.command("transfers")(transfers.command)
 app.add_typer(keys.commands, name="keys")
 app.command("openapi")(openapi.command)
 

@@ -32,7 +32,7 @@ _UNUSABLE_SETTINGS = 2  # exit code of a command whose settings cannot be used
 
 
 class Stack:
-    """An embedded broker (unless one is given), the API, some workers and the webhooks' delivery.
+    """An embedded broker (unless one is given), the API, some workers, and what goes out.
 
     The children end with this process, however it ends; a job in hand is then started
     again by the next stack on the same data. What ends before is started again by
@@ -113,6 +113,7 @@ class Stack:
         for number in range(self._workers):
             self._add(f"worker {number + 1}", ["worker"])
         self._add("webhooks", ["webhooks"])
+        self._add("transfers", ["transfers"])
         fd = self._listener.fileno()
         self._add(_API, ["api", "--fd", str(fd)], [fd])
         self._wait_until_ready()

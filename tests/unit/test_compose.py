@@ -33,7 +33,7 @@ def test_it_is_a_compose_file() -> None:
 
 
 def test_api_workers_and_broker_are_there_and_workers_are_several() -> None:
-    assert {"broker", "api", "worker", "webhooks"} == set(SERVICES)
+    assert {"broker", "api", "worker", "webhooks", "transfers"} == set(SERVICES)
     assert SERVICES["worker"]["deploy"]["replicas"] >= 2
 
 
@@ -54,7 +54,7 @@ def test_no_container_runs_as_root() -> None:
 
     assert image_user.split()[1].split(":")[0] not in ("0", "root")
     assert SERVICES["broker"]["user"] not in ("0", "root")
-    assert all("user" not in SERVICES[name] for name in ("api", "worker", "webhooks"))
+    assert all("user" not in SERVICES[name] for name in ("api", "worker", "webhooks", "transfers"))
 
 
 def test_a_worker_and_the_broker_have_no_way_out() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from worker.jobs.ledger_keys import ALL_JOBS, COUNTERS, index_of, job_keys, since
+from worker.jobs.ledger_keys import ALL_JOBS, COUNTERS, FETCHES, index_of, job_keys, since
 from worker.jobs.records import JobRecord, JobState, Verdict
 
 if TYPE_CHECKING:
@@ -114,6 +114,10 @@ class JobIndex:
         earliest = self._time() - seconds
         ids = self._client.zrange(since(state), "-inf", earliest, byscore=True, offset=0, num=limit)
         return [str(job_id) for job_id in ids]
+
+    def incomplete(self) -> set[str]:
+        """Ids of queued jobs some of whose files are still to be fetched."""
+        return {str(job_id) for job_id in self._client.zrange(FETCHES, 0, -1)}
 
     def counters(self) -> Mapping[str, float]:
         """What has happened since the ledger was begun.

@@ -9,6 +9,9 @@ A running job belongs to an *attempt*. Whoever works on it must name the attempt
 so that a work horse thought dead cannot speak for a job another one has taken up.
 RQ only carries job ids to workers; what RQ believes about a job decides nothing.
 
+A queued job can be *incomplete*: some of its files are still to be fetched. Nobody begins it
+before :meth:`Ledger.complete` has said what they are.
+
 A running job is canceled in two steps: :meth:`Ledger.cancel` asks, and whatever step its
 attempt takes next ends it as canceled.
 """
@@ -26,7 +29,15 @@ from worker.jobs.durability import DurableWrites
 from worker.jobs.idempotency import BoundKey
 from worker.jobs.index import JobIndex
 from worker.jobs.ledger_keys import job_keys
-from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord, JobState, Verdict
+from worker.jobs.records import (
+    FILE_FIELDS,
+    Artifact,
+    JobError,
+    JobProgress,
+    JobRecord,
+    JobState,
+    Verdict,
+)
 from worker.jobs.summaries import JobSummary
 
 if TYPE_CHECKING:
@@ -84,6 +95,7 @@ class Ledger:
         self.index = JobIndex(client)
         self._create = client.register_script(scripts.CREATE)
         self._transition = client.register_script(scripts.TRANSITION)
+        self._fetched = client.register_script(scripts.FETCHED)
         self._progress = client.register_script(scripts.PROGRESS)
         self._cancel = client.register_script(scripts.CANCEL)
         self._expire = client.register_script(scripts.EXPIRE)
@@ -110,7 +122,8 @@ class Ledger:
             "id": record.id,
             "fields": record.encoded(),
             "labels": record.labels,
-            "digests": sorted({file.digest for file in record.files}),
+            "digests": sorted({file.digest for file in record.stored_files}),
+            "incomplete": len(record.stored_files) < len(record.files),
         }
         if capacity is not None:
             step["capacity"] = capacity
@@ -148,11 +161,38 @@ class Ledger:
 
         Raises:
             UnknownJobError: there is no such job.
-            TransitionRefusedError: it is not queued.
+            TransitionRefusedError: it is not queued, or incomplete.
             TooNewError: its options are newer; it stays queued, and no attempt is counted.
         """
         fields = {"started": _now(), "progress": None}
-        return self._step(job_id, "queued", None, "running", fields, starts=1, knows=knows)[1]
+        return self._step(
+            job_id, "queued", None, "running", fields, starts=1, knows=knows, incomplete=False
+        )[1]
+
+    def complete(self, record: JobRecord) -> None:
+        """Enter what the files of an incomplete job are; it can be begun from now on.
+
+        Args:
+            record: the job, all of whose files are in the blob store.
+
+        Raises:
+            UnknownJobError: there is no such job.
+            TransitionRefusedError: it is queued no more, or not incomplete.
+        """
+        document = record.model_dump(mode="json")
+        fields = {name: document[name] for name in FILE_FIELDS} | {"progress": None}
+        step = {
+            "id": record.id,
+            "fields": {name: json.dumps(value) for name, value in fields.items()},
+            "digests": sorted({file.digest for file in record.stored_files}),
+        }
+        _accept(record.id, *self._run(self._fetched, record.id, step))
+
+    def fail_incomplete(self, job_id: str, error: JobError) -> None:
+        """End a job whose files cannot be had; refused as :meth:`complete` is."""
+        fields = {"finished": _now(), "progress": None, "error": error.model_dump(mode="json")}
+        counters = {f"failures:{error.kind}": 1}
+        self._step(job_id, "queued", None, "failed", fields, counters=counters, incomplete=True)
 
     def report_progress(self, job_id: str, attempt: int, progress: JobProgress) -> None:
         """Note how far an attempt has come.

@@ -8,6 +8,9 @@
                                 an expired job is under `expired` instead of its state
     meshcone:counters           hash: what has happened since the ledger was begun
     meshcone:webhooks           stream: webhooks to be sent; see worker.jobs.outbox
+    meshcone:fetches            sorted set: queued jobs some of whose files are still to be fetched,
+                                by the time at which that is to be tried; see worker.transfers
+    meshcone:fetches:tries      hash: how often it was tried, by the job's id
     meshcone:blobs:…            see worker.storage.register
     meshcone:idempotency:HASH   see worker.jobs.idempotency
 
@@ -19,6 +22,8 @@ from __future__ import annotations
 ALL_JOBS = "meshcone:index:all"
 COUNTERS = "meshcone:counters"
 WEBHOOKS = "meshcone:webhooks"
+FETCHES = "meshcone:fetches"
+FETCH_TRIES = "meshcone:fetches:tries"
 BLOB_REFERENCES = "meshcone:blobs:references"
 BLOB_LEASES = "meshcone:blobs:leases"
 BLOB_GENERATIONS = "meshcone:blobs:generations"

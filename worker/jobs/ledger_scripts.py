@@ -38,9 +38,20 @@ local function set(fields)
   for name, value in pairs(fields) do redis.call('HSET', job, name, value) end
 end
 
+-- Whether some of its files are still to be fetched: then nobody may begin it.
+local function is_incomplete()
+  return redis.call('ZSCORE', '{keys.FETCHES}', step.id) ~= false
+end
+
+local function end_fetching()
+  redis.call('ZREM', '{keys.FETCHES}', step.id)
+  redis.call('HDEL', '{keys.FETCH_TRIES}', step.id)
+end
+
 -- A job is counted and found under one state, and holds the time it entered it.
 local function move(old, new)
   local time = now()
+  if old == 'queued' then end_fetching() end
   if old ~= '' then
     local since = redis.call('ZSCORE', 'meshcone:since:' .. old, step.id)
     if since then
@@ -93,8 +104,8 @@ end
 CREATE = (
     _PRELUDE
     + f"""
--- step: id, fields, labels, digests, capacity; and KEYS[4], fingerprint, remembered where
--- the sender has given the request a key
+-- step: id, fields, labels, digests, capacity, incomplete (files are still to be fetched); and
+-- KEYS[4], fingerprint, remembered where the sender has given the request a key
 local key = KEYS[4]
 if key then
   local known = redis.call('HGET', key, 'job')
@@ -120,6 +131,9 @@ if key then
   redis.call('EXPIRE', key, step.remembered)
 end
 move('', 'queued')
+if step.incomplete then
+  redis.call('ZADD', '{keys.FETCHES}', string.format('%.6f', now()), step.id)
+end
 announce('queued', 0)
 return {{{ACCEPTED}, 'queued', 0}}
 """
@@ -129,10 +143,12 @@ TRANSITION = (
     _PRELUDE
     + f"""
 -- step: id, from, to, starts (added to the attempt), finished; attempt, where one must be
--- meant; knows, the highest version of options the worker can read, where that counts; and
--- fields, digests, counters, verdict, which the step leaves
+-- meant; incomplete, whether files must be missing, where that counts; knows, the highest version
+-- of options the worker can read, where that counts; and fields, digests, counters, verdict,
+-- which the step leaves
 local state, attempt = found()
-if state ~= step.from or (step.attempt and attempt ~= step.attempt) then
+if state ~= step.from or (step.attempt and attempt ~= step.attempt)
+   or (step.incomplete ~= nil and step.incomplete ~= is_incomplete()) then
   return {{{REFUSED}, state, attempt}}
 end
 if step.knows and tonumber(redis.call('HGET', job, 'options_version') or 0) > step.knows then
@@ -159,6 +175,19 @@ if step.knows then redis.call('HDEL', job, 'needs_newer_worker') end
 move(state, new)
 announce(new, attempt)
 return {{{ACCEPTED}, new, attempt}}
+"""
+)
+
+FETCHED = (
+    _PRELUDE
+    + f"""
+-- step: id, fields (its files among them), digests
+local state, attempt = found()
+if state ~= 'queued' or not is_incomplete() then return {{{REFUSED}, state, attempt}} end
+set(step.fields)
+hold(step.digests)
+end_fetching()
+return {{{ACCEPTED}, state, attempt}}
 """
 )
 

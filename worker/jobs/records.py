@@ -27,11 +27,43 @@ class _Frozen(BaseModel):
 
 
 class StoredFile(_Frozen):
-    """A sent file: its name, and the digest under which the blob store holds it."""
+    """A file of a job: its name, and the digest under which the blob store holds it.
+
+    Attributes:
+        origin: the URL it was fetched from, without its query; None if it was sent.
+    """
 
     name: str
     digest: str
     size: int
+    origin: str | None = None
+
+
+class RemoteFile(_Frozen):
+    """A file of a job that has still to be fetched.
+
+    Attributes:
+        url: where it is; what follows a question mark there may be a secret.
+        sha256: of the bytes that must be found there, where the sender has said so.
+        authorization: the name of the installation's secret to show there.
+        resources: ``relative`` if the files that it names are to be fetched from beside it.
+    """
+
+    name: str
+    url: str
+    sha256: str | None = None
+    authorization: str | None = None
+    resources: Literal["relative"] | None = None
+
+    @property
+    def origin(self) -> str:
+        """The URL without its query."""
+        return self.url.partition("?")[0]
+
+
+JobFile = StoredFile | RemoteFile
+FILE_FIELDS = ("source", "reference", "source_resources", "reference_resources", "resources")
+"""Fields of a record that hold files."""
 
 
 class Artifact(_Frozen):
@@ -44,9 +76,12 @@ class Artifact(_Frozen):
 
 
 class JobProgress(_Frozen):
-    """How far a job has come; see :class:`meshcone.progress.Progress`. A succeeded one is done."""
+    """How far a job has come; see :class:`meshcone.progress.Progress`.
 
-    stage: Stage | Literal["done"]
+    One whose files are being fetched is ``fetching``, and queued; a succeeded one is ``done``.
+    """
+
+    stage: Stage | Literal["fetching", "done"]
     round: int
     rounds: int
     fraction: float
@@ -60,6 +95,11 @@ class JobProgress(_Frozen):
             rounds=progress.rounds,
             fraction=progress.fraction,
         )
+
+    @classmethod
+    def fetching(cls) -> JobProgress:
+        """The beginning of a job whose files are somewhere else."""
+        return cls(stage="fetching", round=0, rounds=0, fraction=0.0)
 
     @classmethod
     def done(cls, last: JobProgress | None) -> JobProgress:
@@ -121,11 +161,11 @@ class JobRecord(_Frozen):
     expired: datetime | None = None
     cancel_requested: datetime | None = None
     labels: tuple[str, ...] = ()
-    source: StoredFile
-    reference: StoredFile | None = None
-    source_resources: tuple[StoredFile, ...] = ()
-    reference_resources: tuple[StoredFile, ...] = ()
-    resources: tuple[StoredFile, ...] = ()
+    source: JobFile
+    reference: JobFile | None = None
+    source_resources: tuple[JobFile, ...] = ()
+    reference_resources: tuple[JobFile, ...] = ()
+    resources: tuple[JobFile, ...] = ()
     mode: Mode | None = None
     options: dict[str, Any] = {}
     options_version: int = 0
@@ -146,11 +186,16 @@ class JobRecord(_Frozen):
         return [name for name in cls.model_fields if name != "options"]
 
     @property
-    def files(self) -> tuple[StoredFile, ...]:
-        """Everything that was sent."""
+    def files(self) -> tuple[JobFile, ...]:
+        """Everything that was sent or named."""
         beside = self.source_resources + self.reference_resources + self.resources
         meshes = (self.source,) if self.reference is None else (self.source, self.reference)
         return (*meshes, *beside)
+
+    @property
+    def stored_files(self) -> tuple[StoredFile, ...]:
+        """Those of its files that are in the blob store."""
+        return tuple(file for file in self.files if isinstance(file, StoredFile))
 
     @property
     def has_ended(self) -> bool:

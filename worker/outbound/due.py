@@ -56,6 +56,13 @@ redis.call('ZADD', KEYS[1], 'XX', string.format('%.6f', now + tonumber(ARGV[2]))
 """
 )
 
+_GIVE_BACK = """
+-- ARGV: name
+if redis.call('ZADD', KEYS[1], 'XX', 'CH', 0, ARGV[1]) == 1 then
+  redis.call('HINCRBY', KEYS[2], ARGV[1], -1)
+end
+"""
+
 _UNTIL_NEXT = (
     _NOW
     + """
@@ -90,6 +97,7 @@ class DueList:
         self._keys = (times, tries)
         self._take = client.register_script(_TAKE)
         self._postpone = client.register_script(_POSTPONE)
+        self._give_back = client.register_script(_GIVE_BACK)
         self._until_next = client.register_script(_UNTIL_NEXT)
 
     async def take(self, count: int, seconds: float) -> Sequence[Due]:
@@ -100,6 +108,10 @@ class DueList:
     async def postpone(self, name: str, seconds: float) -> None:
         """Have a name due some seconds from now."""
         await self._postpone(keys=self._keys, args=[name, seconds])
+
+    async def give_back(self, name: str) -> None:
+        """Have a name due now, as if it had not been taken."""
+        await self._give_back(keys=self._keys, args=[name])
 
     async def seconds_until_next(self, most: float) -> float:
         """Seconds until a name is due, a little at least and ``most`` at most."""

@@ -33,7 +33,7 @@ from worker.jobs.ledger import (
     TransitionRefusedError,
     UnknownJobError,
 )
-from worker.jobs.records import Artifact, JobError, JobRecord, JobState, StoredFile
+from worker.jobs.records import Artifact, JobError, JobFile, JobRecord, JobState, RemoteFile
 from worker.run.artifacts import ArtifactFile, JobFiles, of_audit, of_measurement, of_refinement
 from worker.run.progress import ProgressReporter
 from worker.run.sandbox import confine
@@ -158,7 +158,7 @@ def _work(
     return of_refinement(record.source.name, made)
 
 
-def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, ...]) -> MeshFile:
+def _mesh_file(blobs: BlobStore, file: JobFile, resources: tuple[JobFile, ...]) -> MeshFile:
     return MeshFile(
         file.name,
         _content(blobs, file),
@@ -166,7 +166,9 @@ def _mesh_file(blobs: BlobStore, file: StoredFile, resources: tuple[StoredFile, 
     )
 
 
-def _content(blobs: BlobStore, file: StoredFile) -> bytes:
+def _content(blobs: BlobStore, file: JobFile) -> bytes:
+    if isinstance(file, RemoteFile):
+        raise InternalError("the file has not been fetched", file=file.name)
     try:
         return blobs.get(file.digest)
     except DamagedFileError as error:  # another attempt would find the same

@@ -87,6 +87,7 @@ class Reconciler:
 
     def _send_missing_messages(self) -> None:
         queued = set(self._ids("queued"))  # read first: what is sent meanwhile is no suspect
+        queued -= self._ledger.index.incomplete()  # nobody is to begin these
         unheld = self._unheld.confirmed(queued - self._queue.waiting())
         if unheld:  # one line: jobs that wait for a newer worker are among them at every look
             some = ", ".join(sorted(unheld)[:_NAMED])

@@ -19,7 +19,7 @@ from service.api.routes.jobs import FoundJob
 from service.api.routing import ResourceRouter
 from service.api.schemas import JOBS_PATH
 from service.problems import MEDIA_TYPE, ProblemError, problem
-from worker.jobs.records import Artifact, JobRecord, StoredFile
+from worker.jobs.records import Artifact, JobFile, JobRecord, RemoteFile
 
 router = ResourceRouter(prefix=JOBS_PATH, tags=["inputs"])
 
@@ -93,19 +93,19 @@ def get_resource(
     return _again(record, _named(name, record.resources), context, conditions)
 
 
-def _named(name: str, files: tuple[StoredFile, ...]) -> StoredFile:
+def _named(name: str, files: tuple[JobFile, ...]) -> JobFile:
     for file in files:
         if file.name == name:
             return file
     raise ProblemError(problem("not-found", "the job was sent no such file"))
 
 
-def _again(
-    record: JobRecord, file: StoredFile, context: Context, conditions: Conditions
-) -> Response:
+def _again(record: JobRecord, file: JobFile, context: Context, conditions: Conditions) -> Response:
     if record.expired is not None:
         detail = f"the job's files expired at {record.expired:%Y-%m-%dT%H:%M:%SZ}"
         raise ProblemError(problem("gone", detail))
+    if isinstance(file, RemoteFile):
+        raise ProblemError(problem("not-found", "the file has not been fetched"))
     path = PurePosixPath(file.name)
     is_mesh = file is record.source or file is record.reference
     media_type = MEDIA_TYPES.get(path.suffix.lower(), _ANY) if is_mesh else _ANY

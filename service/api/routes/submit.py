@@ -15,6 +15,7 @@ from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, Job, job_path
 from service.api.sender import ClaimDependency, Sender, SenderDependency
 from service.api.submission.form import SUBMISSION_FORM
+from service.api.submission.parts import SubmittedForm
 from service.api.submission.submission import (
     accept,
     check_meshes,
@@ -22,7 +23,7 @@ from service.api.submission.submission import (
     made_before,
     require_signable,
 )
-from service.api.submission.uploads import SubmittedForm, read_form
+from service.api.submission.uploads import read_form
 from service.problems import ProblemError, problem
 from worker.jobs.idempotency import Claim
 from worker.jobs.ledger import UnknownJobError
@@ -109,7 +110,7 @@ async def _accept(
         made = await run_in_threadpool(made_before, submission, claim, context)
         if made is not None:
             return made
-    if submission.size <= context.settings.precheck_bytes:
+    if submission.is_complete and submission.size <= context.settings.precheck_bytes:
         await check_meshes(submission, context)
     return await run_in_threadpool(accept, submission, claim, sender, context)
 

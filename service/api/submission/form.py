@@ -5,36 +5,43 @@ from __future__ import annotations
 from typing import Any
 
 from service.api.downloads import BYTES
-from service.api.schemas import LABEL_LENGTH, NamedBlob
-from service.api.submission.uploads import MAX_LABELS
+from service.api.schemas import LABEL_LENGTH
+from service.api.submission.parts import MAX_LABELS
 from worker.outbound.addresses import URL_LENGTH
 
 _BLOB = {
     "type": "string",
     "contentMediaType": "application/json",
-    "contentSchema": NamedBlob.model_json_schema(),
+    "contentSchema": {"$ref": "#/components/schemas/NamedBlob"},
     "description": 'a file sent before: {"name": "mug.glb", "sha256": "…"}',
+}
+_LINK = {
+    "type": "string",
+    "contentMediaType": "application/json",
+    "contentSchema": {"$ref": "#/components/schemas/LinkedFile"},
+    "description": 'a file to fetch: {"url": "https://assets.example.org/mug.glb"}',
 }
 
 
 def _files(description: str) -> dict[str, Any]:
-    return {"type": "array", "items": {"anyOf": [BYTES, _BLOB]}, "description": description}
+    return {"type": "array", "items": {"anyOf": [BYTES, _BLOB, _LINK]}, "description": description}
 
 
 def _file(description: str) -> dict[str, Any]:
-    return {"anyOf": [BYTES, _BLOB], "description": description}
+    return {"anyOf": [BYTES, _BLOB, _LINK], "description": description}
 
 
 SUBMISSION_FORM: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {
+            "application/json": {"schema": {"$ref": "#/components/schemas/JobRequest"}},
             "multipart/form-data": {
                 "schema": {
                     "type": "object",
                     "required": ["source"],
                     "properties": {
-                        "source": _file("the mesh to refine, as a file or by its hash"),
+                        "source": _file("the mesh to refine, as a file, by its hash or by its URL"),
                         "reference": _file(
                             "the mesh to refine it towards; only the mode audit can do without"
                         ),
@@ -68,7 +75,7 @@ SUBMISSION_FORM: dict[str, Any] = {
                     },
                     "additionalProperties": False,
                 }
-            }
+            },
         },
     }
 }

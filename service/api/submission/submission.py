@@ -19,13 +19,12 @@ from meshcone.errors import InputError
 from meshcone.options import OPTIONS_VERSION, Options
 from service.api.checking.checks import MeshFiles
 from service.api.context import Context
-from service.api.schemas import NamedBlob
-from service.api.submission.uploads import SubmittedForm, Upload
+from service.api.submission.parts import AnyFile, SubmittedForm, Upload
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import KeyReusedError, QueueFullError, UnknownJobError
-from worker.jobs.records import JobRecord, StoredFile
+from worker.jobs.records import JobFile, JobProgress, JobRecord, RemoteFile, StoredFile
 from worker.storage.blobs import BlobStore, digest_of
 from worker.storage.errors import DamagedFileError
 
@@ -39,19 +38,41 @@ KEY_REMEMBERED = 86_400  # seconds; a client that repeats itself later has forgo
 
 @dataclass(frozen=True)
 class IncomingFile:
-    """A file of a submission, wherever its bytes are now."""
+    """A file of a submission, wherever its bytes are now.
 
-    stored: StoredFile
-    upload: Upload | None  # None if it was sent before
+    Attributes:
+        file: what the job's record will say of it.
+        upload: its bytes, if this request has brought them.
+    """
+
+    file: JobFile
+    upload: Upload | None = None
+
+    @property
+    def size(self) -> int:
+        """Bytes; none are known of what is still to be fetched."""
+        return self.file.size if isinstance(self.file, StoredFile) else 0
+
+    def identity(self) -> tuple[str | None, ...]:
+        """What tells it from other files, in a request that may be repeated."""
+        if isinstance(self.file, StoredFile):
+            return self.file.name, self.file.digest
+        return tuple(self.file.model_dump().values())
 
     @contextmanager
     def opened(self, blobs: BlobStore) -> Iterator[IO[bytes]]:
-        """The file itself, or a copy of the blob."""
+        """The file itself, or a copy of the blob.
+
+        Raises:
+            FileNotFoundError: it has still to be fetched.
+        """
         if self.upload is not None:
             yield self.upload.file
             return
+        if isinstance(self.file, RemoteFile):
+            raise FileNotFoundError(self.file.name)
         with TemporaryFile() as copy:
-            copy.writelines(blobs.chunks(self.stored.digest))
+            copy.writelines(blobs.chunks(self.file.digest))
             yield copy
 
 
@@ -83,8 +104,13 @@ class Submission:
 
     @property
     def size(self) -> int:
-        """Bytes of all files together."""
-        return sum(file.stored.size for file in self.files)
+        """Bytes of all files together, as far as they are known."""
+        return sum(file.size for file in self.files)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether none of its files has still to be fetched."""
+        return not any(isinstance(each.file, RemoteFile) for each in self.files)
 
     def fingerprint(self) -> str:
         """A digest that is the same for the same request, and for no other."""
@@ -113,7 +139,7 @@ def gather(form: SubmittedForm, context: Context) -> Submission:
     """
     job_id = new_job_id()
 
-    def all_of(files: tuple[Upload | NamedBlob, ...]) -> tuple[IncomingFile, ...]:
+    def all_of(files: tuple[AnyFile, ...]) -> tuple[IncomingFile, ...]:
         return tuple(_incoming(file, job_id, context) for file in files)
 
     return Submission(
@@ -156,11 +182,11 @@ async def check_meshes(submission: Submission, context: Context) -> None:
 
         def opened(mesh: IncomingFile, own: tuple[IncomingFile, ...]) -> MeshFiles:
             files = {
-                file.stored.name: stack.enter_context(file.opened(context.blobs))
+                file.file.name: stack.enter_context(file.opened(context.blobs))
                 for file in (*submission.resources, *own)
             }
             data = stack.enter_context(mesh.opened(context.blobs))
-            return MeshFiles(mesh.stored.name, data, files)
+            return MeshFiles(mesh.file.name, data, files)
 
         source = await run_in_threadpool(opened, submission.source, submission.source_resources)
         reference = None
@@ -200,11 +226,12 @@ def accept(
         id=submission.job_id,
         created=datetime.now(UTC),
         labels=submission.labels,
-        source=submission.source.stored,
-        reference=submission.reference and submission.reference.stored,
-        source_resources=tuple(file.stored for file in submission.source_resources),
-        reference_resources=tuple(file.stored for file in submission.reference_resources),
-        resources=tuple(file.stored for file in submission.resources),
+        source=submission.source.file,
+        reference=submission.reference and submission.reference.file,
+        source_resources=tuple(each.file for each in submission.source_resources),
+        reference_resources=tuple(each.file for each in submission.reference_resources),
+        resources=tuple(each.file for each in submission.resources),
+        progress=None if submission.is_complete else JobProgress.fetching(),
         mode=submission.options.mode,
         options=submission.options_as_sent,
         options_version=OPTIONS_VERSION,
@@ -224,9 +251,13 @@ def accept(
 def _enter(
     record: JobRecord, submission: Submission, claim: Claim | None, context: Context
 ) -> JobRecord:
-    context.register.lease({file.stored.digest for file in submission.files}, record.id)
+    context.register.lease({file.digest for file in record.stored_files}, record.id)
     context.blobs.put_files(
-        {file.stored.digest: file.upload.file for file in submission.files if file.upload}
+        {
+            each.file.digest: each.upload.file
+            for each in submission.files
+            if each.upload is not None and isinstance(each.file, StoredFile)
+        }
     )
     key = None
     if claim is not None:
@@ -239,6 +270,9 @@ def _enter(
         raise _key_reused() from None
     if job_id != record.id:
         return _known(job_id, context)
+    if not submission.is_complete:
+        logger.info("job accepted, its files to be fetched", job_id=record.id)
+        return record
     try:
         context.queue.enqueue(record.id)
     except RedisError as error:
@@ -249,11 +283,13 @@ def _enter(
     return record
 
 
-def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str, str]]:
-    return [(file.stored.name, file.stored.digest) for file in files]
+def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str | None, ...]]:
+    return [file.identity() for file in files]
 
 
-def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> IncomingFile:
+def _incoming(file: AnyFile, job_id: str, context: Context) -> IncomingFile:
+    if isinstance(file, RemoteFile):
+        return IncomingFile(file)
     if isinstance(file, Upload):
         stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
         return IncomingFile(stored, file)
@@ -267,7 +303,7 @@ def _incoming(file: Upload | NamedBlob, job_id: str, context: Context) -> Incomi
             f"by PUT /v1/blobs/{file.sha256}",
             file=file.name,
         ) from None
-    return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size), None)
+    return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size))
 
 
 def _known(job_id: str, context: Context) -> JobRecord:

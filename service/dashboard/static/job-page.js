@@ -81,7 +81,7 @@ const namesOf = (job, side) => filesOf(job, side).map((file) => file.name);
 const jobPaths = (job) => pathsOf({ source: namesOf(job, "source"), reference: namesOf(job, "reference") });
 
 function inputs(job) {
-  const entry = (file, words) => h("li", null, file.link ? download(file.link, file.name.split("/").at(-1)) : file.name, h("span", { class: "soft" }, `${words}, ${bytes(file.size)}`));
+  const entry = (file, words) => h("li", null, file.link ? download(file.link, file.name.split("/").at(-1)) : file.name, h("span", { class: "soft" }, `${words}, ${file.size === null ? "not fetched" : bytes(file.size)}`));
   return [
     ...["source", "reference"].flatMap((side) => filesOf(job, side).map((file) => entry(file, file === job[side] ? `the ${side}` : `${file.name} of the ${side}`))),
     ...job.resources.map((file) => entry(file, `${file.name} for both`))];
@@ -122,7 +122,7 @@ function repeatCard(job) {
     `  ${location.origin}/v1/jobs`];
   return h("section", { class: "card", "aria-labelledby": "repeat-title" },
     h("h2", { id: "repeat-title" }, "Repeat this job"),
-    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].filter(Boolean).map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
+    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].filter((file) => file?.sha256).map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
     command(parts.join(" \\\n"), "Command that repeats this job"));
 }
 

@@ -20,12 +20,12 @@ export const outcomeWords = (outcome) => OUTCOMES[outcome] ?? words(outcome);
 
 export const hasEnded = (job) => ["succeeded", "failed", "canceled"].includes(job.state);
 
-export const waitWords = (job) => (job.needs_newer_worker ? "Waiting for a newer worker: those there are do not know its options" : "Waiting for a worker");
+export const waitWords = (job) => (job.progress?.stage === "fetching" ? "Its files are being fetched" : job.needs_newer_worker ? "Waiting for a newer worker: those there are do not know its options" : "Waiting for a worker");
 
 export function stageWords(progress) {
   if (!progress) return "starting";
   const round = progress.stage === "solve" && progress.rounds ? `, round ${progress.round} of ${progress.rounds}` : "";
-  const said = { read: "reading", solve: "solving", write: "writing", quality: "measuring", done: "done" };
+  const said = { fetching: "fetching its files", read: "reading", solve: "solving", write: "writing", quality: "measuring", done: "done" };
   return (said[progress.stage] ?? progress.stage) + round;
 }
 

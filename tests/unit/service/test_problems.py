@@ -51,7 +51,9 @@ def test_a_parameter_out_of_range_is_a_problem(http: TestClient) -> None:
 
 
 def test_a_body_that_is_no_form_is_a_problem(http: TestClient) -> None:
-    assert_problem(http.post("/v1/jobs", json={}), 415, "media-type")
+    text = {"Content-Type": "text/plain"}
+
+    assert_problem(http.post("/v1/jobs", content=b"{}", headers=text), 415, "media-type")
 
 
 def test_a_broken_form_is_a_problem(http: TestClient) -> None:

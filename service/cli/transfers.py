@@ -1,0 +1,13 @@
+"""``meshcone transfers``: files from where pipelines keep them."""
+
+from __future__ import annotations
+
+
+def command() -> None:
+    """Fetch the files that jobs name by URL.
+
+    Broker and file store come from MESHCONE_* variables.
+    """
+    from worker.transfers.main import main
+
+    main()

@@ -1,0 +1,1 @@
+"""Files on their way between the blob store and where other people keep theirs."""

@@ -1,0 +1,167 @@
+"""Fetches the files of incomplete jobs, and tries again."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import structlog
+from redis.exceptions import RedisError
+
+from meshcone.errors import InternalError, MeshConeError
+from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
+from worker.jobs.records import JobError
+from worker.outbound.due import Due, DueList, pause_before, work_through
+from worker.storage.errors import StoreError
+from worker.transfers.errors import PassingError
+
+if TYPE_CHECKING:
+    from redis.asyncio import Redis
+
+    from worker.jobs.queue import JobQueue
+    from worker.transfers.settings import TransferSettings
+    from worker.transfers.sources import Sources
+
+logger = structlog.get_logger(__name__)
+
+_AT_ONCE = 8  # jobs; a slow server must not hold up the others
+_GROWTH = 3  # of the pause before each further try: 2 s, 6 s, 18 s, 54 s
+_TAKEN = 15.0  # seconds after which a job is tried by another process if this one has died
+_RENEWAL = 5.0  # seconds between two looks whether the job is still to be fetched for
+_LOOK_INTERVAL = 0.25  # seconds; a job that waits for nothing else waits for this
+
+
+class Fetching:
+    """Fetches what is due until it is told to stop.
+
+    Args:
+        client: a connection to the broker whose replies are strings.
+        settings: how much, how often, and where from.
+        ledger: where jobs and their files are entered.
+        queue: where a job goes whose files are there.
+        sources: fetches and stores the files of a job.
+    """
+
+    def __init__(
+        self,
+        client: Redis,
+        settings: TransferSettings,
+        *,
+        ledger: Ledger,
+        queue: JobQueue,
+        sources: Sources,
+    ) -> None:
+        self._client = client
+        self._settings = settings
+        self._ledger = ledger
+        self._queue = queue
+        self._sources = sources
+        self._due = DueList(client, FETCHES, FETCH_TRIES)
+        self._stopping = asyncio.Event()
+
+    def stop(self) -> None:
+        """End, and leave what is in hand to another process."""
+        self._stopping.set()
+
+    async def run(self) -> None:
+        """Fetch until :meth:`stop` is called; a broker that is away is waited for."""
+        await work_through(self, self._see_to, self._stopping, _AT_ONCE)
+        await self._sources.close()
+
+    async def take(self, count: int) -> Sequence[Due]:
+        """Up to ``count`` jobs that are due."""
+        return await self._due.take(count, _TAKEN)
+
+    async def wait(self, seconds: float) -> None:
+        """Wait until there may be more to fetch, some seconds at most."""
+        await asyncio.sleep(await self._due.seconds_until_next(min(seconds, _LOOK_INTERVAL)))
+
+    async def _see_to(self, due: Due) -> None:
+        """Try once to complete a job, and note what came of it; nothing ends the process."""
+        log = logger.bind(job_id=due.name, tries=due.tries)
+        try:
+            if due.tries > 2 * self._settings.fetch_attempts:  # its process ended by each
+                raise InternalError("fetching was begun again and again, and never ended")
+            await self._unless_stopped(due, self._complete(due.name))
+        except (TransitionRefusedError, UnknownJobError) as refusal:
+            log.info("fetched for nothing", reason=str(refusal))  # canceled meanwhile
+        except RedisError as error:  # due again when its time is over
+            log.error("the broker cannot be used", error=str(error))
+        except (PassingError, StoreError, TimeoutError, OSError) as error:
+            await self._try_again(due, _public(error, self._settings.fetch_seconds))
+        except MeshConeError as error:
+            await self._give_up(due, error)
+        except Exception:  # a fault of ours; another try would only repeat it
+            log.exception("fetching failed unexpectedly")
+            await self._give_up(
+                due, InternalError("an unexpected error in the service; it has been logged")
+            )
+
+    async def _unless_stopped(self, due: Due, work: Coroutine[Any, Any, None]) -> None:
+        """Do the work as long as the job waits for it and this process is not asked to stop."""
+        task = asyncio.create_task(work)
+        stopped = asyncio.create_task(self._stopping.wait())
+        try:
+            while not task.done():
+                await asyncio.wait(
+                    {task, stopped}, timeout=_RENEWAL, return_when=asyncio.FIRST_COMPLETED
+                )
+                if task.done():
+                    break
+                if stopped.done():
+                    await self._due.give_back(due.name)
+                    return
+                with suppress(RedisError):
+                    if await self._client.zscore(FETCHES, due.name) is None:
+                        return  # canceled
+                    await self._due.postpone(due.name, _TAKEN)
+            await task
+        finally:
+            for each in (task, stopped):
+                each.cancel()
+            with suppress(asyncio.CancelledError, Exception):
+                await task
+
+    async def _complete(self, job_id: str) -> None:
+        record = await asyncio.to_thread(self._ledger.get, job_id)
+        async with asyncio.timeout(self._settings.fetch_seconds):
+            complete = await self._sources.complete(record)
+        await asyncio.to_thread(self._ledger.complete, complete)
+        fetched = [file.size for file in complete.stored_files if file.origin is not None]
+        logger.info("files fetched", job_id=job_id, files=len(fetched), bytes=sum(fetched))
+        # Without its message, the reconciler sends another.
+        await asyncio.to_thread(self._queue.enqueue, job_id)
+
+    async def _try_again(self, due: Due, error: MeshConeError) -> None:
+        if due.tries >= self._settings.fetch_attempts:
+            times = f"; it was tried {due.tries} times" if due.tries > 1 else ""
+            await self._give_up(due, type(error)(error.message + times, file=error.file))
+            return
+        pause = pause_before(due.tries, self._settings.fetch_first_delay, _GROWTH)
+        logger.warning(
+            "files not fetched", job_id=due.name, reason=error.message, again_in=round(pause, 1)
+        )
+        with suppress(RedisError):
+            await self._due.postpone(due.name, pause)
+
+    async def _give_up(self, due: Due, error: MeshConeError) -> None:
+        logger.warning("files given up", job_id=due.name, kind=error.kind, reason=error.message)
+        with suppress(RedisError, TransitionRefusedError, UnknownJobError):
+            await asyncio.to_thread(self._ledger.fail_incomplete, due.name, JobError.of(error))
+
+
+def _public(error: Exception, seconds: float) -> MeshConeError:
+    """What to tell of an error that may pass."""
+    if isinstance(error, MeshConeError):
+        return error
+    if isinstance(error, TimeoutError):
+        return PassingError(
+            f"the files were not fetched within {seconds:g} s (MESHCONE_FETCH_SECONDS)"
+        )
+    if isinstance(error, StoreError):
+        return InternalError(str(error))
+    logger.error("a fetched file cannot be kept", error=str(error))
+    return InternalError("the disk that fetched files are kept on cannot be used")

@@ -1,0 +1,52 @@
+"""The files that a fetched glTF names and that are beside it."""
+
+from __future__ import annotations
+
+from typing import IO
+from urllib.parse import quote, urljoin
+
+from meshcone.errors import InputError, LimitError
+from meshcone.local_files import names_beside
+from worker.transfers.places import is_in_bucket
+
+RELATIVE_FILES = 256  # of one mesh
+_JSON_BYTES = 8 * 1024**2  # read into memory, where JSON takes many times its size
+_BINARY = b"glTF"
+_HEADER = 20  # bytes before the JSON of a GLB (glTF 2.0, section 4.4)
+
+
+def names_in(file: IO[bytes]) -> list[str]:
+    """The names, below its own folder, of what an open glTF or GLB names; each once.
+
+    What is no glTF names nothing: whoever reads it says what is wrong with it.
+
+    Raises:
+        LimitError: its JSON is too long to look for names in, or it has too many.
+    """
+    file.seek(0)
+    data = file.read(_HEADER + _JSON_BYTES + 1)
+    size = len(data)
+    if data.startswith(_BINARY):
+        size = int.from_bytes(data[_HEADER - 8 : _HEADER - 4], "little")
+    if size > _JSON_BYTES:
+        raise LimitError(
+            f"the glTF's JSON has {size} bytes, and names are looked for in up to {_JSON_BYTES}: "
+            "give the files that it names as resources of their own"
+        )
+    names = list(dict.fromkeys(names_beside(data)))
+    if len(names) > RELATIVE_FILES:
+        raise LimitError(
+            f"the glTF names {len(names)} files, more than the {RELATIVE_FILES} that are fetched"
+        )
+    return names
+
+
+def beside(url: str, name: str) -> str:
+    """The URL of a file in the folder of another; it has no query."""
+    if is_in_bucket(url):
+        return f"{url.rpartition('/')[0]}/{name}"
+    found = urljoin(url, quote(name))
+    folder = url.partition("?")[0].rpartition("/")[0]
+    if not found.startswith(f"{folder}/"):
+        raise InputError(f"the glTF names '{name[:100]}', which is not in its folder")
+    return found

@@ -1,0 +1,154 @@
+"""Files of servers that speak HTTP."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import IO, TYPE_CHECKING
+from urllib.parse import urljoin, urlsplit
+
+import httpcore2
+
+from meshcone.errors import InputError
+from worker.outbound.addresses import PublicBackend, RefusedAddressError, require_url
+from worker.transfers.errors import PassingError
+from worker.transfers.places import host_of
+from worker.transfers.unpacking import unpacker
+
+if TYPE_CHECKING:
+    from worker.transfers.budget import Budget
+
+REDIRECTS = 5  # followed at most, one after the other
+
+_TIMEOUTS = {"connect": 10.0, "read": 30.0, "write": 30.0}  # seconds of silence
+_MOVED = frozenset({301, 302, 303, 307, 308})
+_PASSING = frozenset({408, 421, 425, 429})  # and all that are the server's own fault
+_ADVICE = {
+    401: "name a secret of this installation as 'authorization', or give a presigned URL",
+    403: "name a secret of this installation as 'authorization', or give a presigned URL that is "
+    "still valid",
+    404: "there is no such file; look at the URL",
+    410: "the file is gone; look at the URL",
+}
+
+
+class Web:
+    """Fetches files; each connection is made to an address that was checked for it.
+
+    Args:
+        private_addresses: whether addresses that are not public, and http, are allowed.
+    """
+
+    def __init__(self, *, private_addresses: bool) -> None:
+        self._private_addresses = private_addresses
+        self._pool = httpcore2.AsyncConnectionPool(
+            network_backend=PublicBackend(private_addresses=private_addresses),
+            max_keepalive_connections=0,
+        )
+
+    async def close(self) -> None:
+        """End every connection."""
+        await self._pool.aclose()
+
+    async def fetch(self, url: str, into: IO[bytes], budget: Budget, secret: str | None) -> str:
+        """Write the content of a URL into a file, and return the URL that had it.
+
+        Redirects are followed a few times, each as if it had been given; none to another origin
+        is shown the secret. ``Content-Disposition`` is not heeded.
+
+        Raises:
+            InputError: the server, or what it says, cannot be used. A
+                :class:`~worker.transfers.errors.PassingError` if that may change by itself.
+            LimitError: there is more than the budget has left.
+        """
+        for _ in range(REDIRECTS + 1):
+            following = await self._fetch_once(url, into, budget, secret)
+            if following is None:
+                return url
+            require_url(
+                following,
+                f"the redirect of {host_of(url)}",
+                private_addresses=self._private_addresses,
+            )
+            if _origin(following) != _origin(url):
+                secret = None
+            url = following
+        raise InputError(f"{host_of(url)} redirects for the {REDIRECTS + 1}th time")
+
+    async def _fetch_once(
+        self, url: str, into: IO[bytes], budget: Budget, secret: str | None
+    ) -> str | None:
+        """Fetch, and return None; or return where a redirect leads."""
+        headers = {
+            "accept": "*/*",
+            "accept-encoding": "identity",
+            "user-agent": "meshcone",
+            "connection": "close",
+            **({} if secret is None else {"authorization": secret}),
+        }
+        request = self._pool.stream(
+            "GET", url, headers=list(headers.items()), extensions={"timeout": _TIMEOUTS}
+        )
+        try:
+            async with request as answer:
+                found = {name.decode().lower(): value for name, value in answer.headers}
+                if answer.status in _MOVED:
+                    return _target(url, found)
+                _require_file(url, answer.status)
+                await _receive(answer, found, into, budget)
+        except RefusedAddressError:
+            raise InputError(f"{host_of(url)} has an address that is not a public one") from None
+        except httpcore2.TimeoutException:
+            raise PassingError(f"{host_of(url)} did not answer in time") from None
+        except httpcore2.NetworkError as error:
+            raise PassingError(f"{host_of(url)} cannot be reached: {_words(error)}") from None
+        except httpcore2.ProtocolError as error:
+            raise PassingError(
+                f"{host_of(url)} did not send the whole file: {_words(error)}"
+            ) from None
+        return None
+
+
+async def _receive(
+    answer: httpcore2.Response, headers: Mapping[str, bytes], into: IO[bytes], budget: Budget
+) -> None:
+    encoding = headers.get("content-encoding", b"").decode("latin-1").strip().lower()
+    content = unpacker(encoding)
+    length = headers.get("content-length", b"")
+    if encoding in ("", "identity") and length.isdigit():
+        budget.require(int(length))  # before any of it is taken
+    async for data in answer.aiter_stream():
+        for piece in content.unpacked(data):
+            budget.spend(len(piece))
+            into.write(piece)
+    content.finish()
+
+
+def _target(url: str, headers: Mapping[str, bytes]) -> str:
+    place = headers.get("location", b"").decode("latin-1").strip()
+    if not place:
+        raise InputError(f"{host_of(url)} redirects to nowhere")
+    try:
+        return urljoin(url, place).partition("#")[0]
+    except ValueError:
+        raise InputError(f"{host_of(url)} redirects to what is no URL") from None
+
+
+def _require_file(url: str, status: int) -> None:
+    if status == HTTPStatus.OK:
+        return
+    said = f"{host_of(url)} answered {status} where 200 and the file were expected"
+    if status in _PASSING or status >= HTTPStatus.INTERNAL_SERVER_ERROR:
+        raise PassingError(said)
+    advice = _ADVICE.get(status)
+    raise InputError(said if advice is None else f"{said}: {advice}")
+
+
+def _origin(url: str) -> tuple[str, str]:
+    parts = urlsplit(url)
+    return parts.scheme, parts.netloc.lower()
+
+
+def _words(error: Exception) -> str:
+    words = str(error) or type(error).__name__
+    return "".join(each if each.isprintable() else " " for each in words)[:200]
