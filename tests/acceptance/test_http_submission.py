@@ -185,6 +185,7 @@ def test_a_file_is_sent_once_and_named_by_its_hash(
         "size": len(ball.data),
         "sha256": stored["sha256"],
         "link": f"/v1/jobs/{job['id']}/reference",
+        "url": None,
     }
 
 

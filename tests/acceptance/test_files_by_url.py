@@ -1,0 +1,102 @@
+"""Jobs whose files are where a pipeline keeps them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+from meshcone.files import MeshFile
+from service.client import Client
+from service.stack import Stack
+from tests.integration.file_server import FileServer, file_server
+from worker.settings import WorkerSettings
+
+MEASURE = {"mode": "measure", "quality": {"samples": 256, "emd_samples": 64}}
+
+
+@pytest.fixture
+def server() -> Iterator[FileServer]:
+    with file_server() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def fetching(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
+    """A service that may fetch from this machine."""
+    directory = tmp_path_factory.mktemp("fetching")
+    running = Stack(WorkerSettings(data_dir=directory), log=directory / "log")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("MESHCONE_FETCH_PRIVATE_ADDRESSES", "true")
+        running.start()  # whatever else starts while it lives is to have no such environment
+    try:
+        yield running
+    finally:
+        running.stop()
+
+
+def sent(stack: Stack, document: dict[str, Any]) -> dict[str, Any]:
+    headers = {"Prefer": "wait=30"}
+    answer = httpx2.post(f"{stack.url}/v1/jobs", json=document, headers=headers, timeout=60)
+    assert answer.status_code == 200, answer.text
+    job: dict[str, Any] = answer.json()
+    return job
+
+
+def test_a_pair_is_measured_from_where_it_is(
+    fetching: Stack, server: FileServer, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    source = server.has("/a/rough.obj", rough_ball.data) + "?signature=3f9a"
+
+    job = sent(
+        fetching,
+        {
+            "source": {"url": source},
+            "reference": {
+                "url": server.has("/b/ball.obj", ball.data),
+                "sha256": hashlib.sha256(ball.data).hexdigest(),
+            },
+            "options": MEASURE,
+            "labels": ["nightly"],
+        },
+    )
+
+    with Client(fetching.url) as client:
+        report = client.report(job["id"])
+    assert job["state"] == "succeeded"
+    assert job["source"]["url"] == f"{server.url}/a/rough.obj"
+    assert job["source"]["sha256"] == hashlib.sha256(rough_ball.data).hexdigest()
+    assert report["inputs"]["source"]["sha256"] == job["source"]["sha256"]
+    assert report["inputs"]["source"]["name"] == "rough.obj"
+
+
+def test_a_file_that_is_not_there_fails_its_job_in_words(
+    fetching: Stack, server: FileServer
+) -> None:
+    job = sent(fetching, {"source": {"url": f"{server.url}/mug.obj"}, "options": {"mode": "audit"}})
+
+    assert job["state"] == "failed"
+    assert job["source"]["sha256"] is None
+    assert job["error"]["type"] == "urn:meshcone:problem:input"
+    assert job["error"]["file"] == "mug.obj"
+    assert "answered 404" in job["error"]["detail"]
+    again = httpx2.get(f"{fetching.url}/v1/jobs/{job['id']}/source")
+    assert again.status_code == 404
+    assert again.json()["detail"] == "the file has not been fetched"
+
+
+def test_a_file_of_this_machine_is_none_of_a_senders_business(
+    stack: Stack, server: FileServer, tmp_path: Path
+) -> None:
+    (tmp_path / "mug.obj").write_bytes(b"v 0 0 0\n")
+    for url in (server.has("/mug.obj", b""), f"file://{tmp_path}/mug.obj", "https://[::1]/mug.obj"):
+        document = {"source": {"url": url}, "options": {"mode": "audit"}}
+
+        answer = httpx2.post(f"{stack.url}/v1/jobs", json=document)
+
+        assert answer.status_code == 422
+    assert server.seen == []
