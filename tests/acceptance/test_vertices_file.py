@@ -10,7 +10,7 @@ import pytest
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.verbs.refine import refine
-from service.api.submission.uploads import OPTIONS_BYTES
+from service.api.submission.parts import OPTIONS_BYTES
 from service.client import Client, ServiceError
 
 OPTIONS = {"effort": "fast", "cones": {"pin": {"vertices_file": "pins.txt"}}}
