@@ -31,7 +31,7 @@ def fetching(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     directory = tmp_path_factory.mktemp("fetching")
     running = Stack(WorkerSettings(data_dir=directory), log=directory / "log")
     with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("MESHCONE_FETCH_PRIVATE_ADDRESSES", "true")
+        environment.setenv("MESHCONE_TRANSFER_PRIVATE_ADDRESSES", "true")
         running.start()  # whatever else starts while it lives is to have no such environment
     try:
         yield running

@@ -79,7 +79,7 @@ def transfer(settings: WorkerSettings, tmp_path: Path) -> Transfer:
             **os.environ,
             "MESHCONE_REDIS_URL": settings.required_redis_url(),
             "MESHCONE_DATA_DIR": str(tmp_path),
-            "MESHCONE_FETCH_PRIVATE_ADDRESSES": "true",
+            "MESHCONE_TRANSFER_PRIVATE_ADDRESSES": "true",
             "MESHCONE_FETCH_FIRST_DELAY": "0.05",
             **more,
         }
@@ -216,7 +216,7 @@ def test_a_named_secret_is_sent_to_its_host(
     host = server.url.removeprefix("http://")
     secrets = {"cdn": {"host": host, "value": "Bearer 3f9a"}}
 
-    with transfer(MESHCONE_FETCH_AUTHORIZATIONS=json.dumps(secrets)):
+    with transfer(MESHCONE_TRANSFER_AUTHORIZATIONS=json.dumps(secrets)):
         wait_for(lambda: ended_fetching(redis, job))
 
     assert server.seen[0].headers["authorization"] == "Bearer 3f9a"

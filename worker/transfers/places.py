@@ -40,7 +40,7 @@ def require_source(
         if authorization is not None:
             raise InputError(f"{what} is in a bucket, which takes no 'authorization'")
         return
-    require_url(url, what, private_addresses=settings.fetch_private_addresses)
+    require_url(url, what, private_addresses=settings.transfer_private_addresses)
     if authorization is not None:
         secret_for(url, authorization, settings)
 
@@ -51,10 +51,10 @@ def secret_for(url: str, name: str, settings: TransferSettings) -> str:
     Raises:
         InputError: there is none of that name, or it is another host's.
     """
-    found = settings.fetch_authorizations.get(name)
+    found = settings.transfer_authorizations.get(name)
     if found is None:
         raise InputError(
-            f"this installation has no authorization '{name}' (MESHCONE_FETCH_AUTHORIZATIONS)"
+            f"this installation has no authorization '{name}' (MESHCONE_TRANSFER_AUTHORIZATIONS)"
         )
     host = urlsplit(url).netloc.lower()
     if found.host != host:

@@ -74,17 +74,17 @@ class TransferSettings(WorkerSettings):
         le=3600,
         description="seconds before files are tried again; each pause is three times the last",
     )
-    fetch_private_addresses: bool = Field(
+    transfer_private_addresses: bool = Field(
         default=False,
         description="fetch files from addresses that are not public, and by http, as tests and "
         "closed networks need; whoever may submit jobs can then read what this machine reaches",
     )
-    fetch_authorizations: Annotated[
+    transfer_authorizations: Annotated[
         Mapping[str, Authorization], NoDecode, BeforeValidator(_from_json)
     ] = Field(
         default={},
         repr=False,
-        description="secrets that a job can name for the files it has fetched, as JSON: "
+        description="secrets that a job can name for where its files are, as JSON: "
         '{"NAME": {"host": "assets.example.org", "value": "Bearer …"}}; each is sent to its host '
         "alone",
     )

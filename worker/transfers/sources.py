@@ -37,7 +37,7 @@ class Sources:
         self._settings = settings
         self._blobs = blobs
         self._register = register
-        self._web = Web(private_addresses=settings.fetch_private_addresses)
+        self._web = Web(private_addresses=settings.transfer_private_addresses)
         self._buckets = Buckets(settings.fetch_buckets)
 
     async def close(self) -> None:

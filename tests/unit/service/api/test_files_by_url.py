@@ -19,7 +19,7 @@ from worker.transfers.settings import Authorization
 
 SETTINGS = ServiceSettings(
     fetch_buckets=("s3://incoming", "s3://shared/meshes"),
-    fetch_authorizations={"cdn": Authorization(host="assets.example.org", value="Bearer 3f9a")},
+    transfer_authorizations={"cdn": Authorization(host="assets.example.org", value="Bearer 3f9a")},
 )
 MUG = {"url": "https://assets.example.org/mug.glb"}
 SHA256 = "0" * 64
