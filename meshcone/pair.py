@@ -12,7 +12,7 @@ from meshcone.assets.policy import ReadPolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.gates.rules import GateTable
-from meshcone.gates.units import unit_of
+from meshcone.gates.units import Unit, sized, unit_for
 from meshcone.notices import Code, Notice, Side, Told, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.parts import Partition
@@ -115,10 +115,22 @@ class Pair:
         pair = replace(self, source_asset=asset, source=source).under(options)
         return pair if self.alignment is None else pair.placed(self.alignment)
 
-    def unit(self, gates: GateTable) -> str:
-        """Name the unit of the reference: as the gates call it, metres for glTF, or "units"."""
-        named = next((rule.unit for rule in gates.values() if rule.unit), None)
-        return named or unit_of(self.reference_asset.format)
+    def gates(self, options: Options) -> GateTable:
+        """The options' gates, with their bounds on distances in the unit of the files."""
+        formats = self._sized(options)
+        return {
+            key: rule.in_model_units(unit_for(rule.unit, *formats).length)
+            for key, rule in options.gates.items()
+        }
+
+    def unit(self, options: Options) -> Unit:
+        """What distances are told in: as a gate calls it, metres for a glTF, or "units"."""
+        named = next((rule.unit for rule in options.gates.values() if rule.unit), None)
+        return unit_for(named, *self._sized(options))
+
+    def _sized(self, options: Options) -> tuple[str, ...]:
+        scaled = options.align == "similarity"
+        return sized(self.source_asset.format, self.reference_asset.format, scaled=scaled)
 
     def alignment_record(self) -> AlignmentRecord | None:
         """Describe the alignment for a report."""

@@ -47,7 +47,7 @@ def closeness_checks(
     except (InputError, LimitError) as error:
         yield Check("closeness", False, str(error))
         return
-    unit = pair.unit(report.options.gates)
+    unit = pair.unit(report.options)
     moved = "" if pair.alignment is None else "moved as aligned, "
     how = "proven without a search" if stored else "found by a search, for no proof is stored"
     yield Check("closeness", True, f"{moved}{within(found.extra, found.missing, unit)}: {how}")

@@ -100,7 +100,7 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
     radius = pair.frame.radius
     margin = surface.seam + _ROUNDING * radius
     near = margin + _ON_SURFACE * radius
-    bars = bars_of(report.options.gates, radius)
+    bars = bars_of(pair.gates(report.options), radius)
     fault = (
         _not_proven(stated, found, margin)
         or _not_attained(stated, surface, near)
@@ -109,7 +109,7 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
         or _wrong_area(stated, found, bars, radius, near)
         or _wrong_flag(stated, report.options.deviation, bars)
     )
-    if fault is None and report.statement != statement(stated, pair.unit(report.options.gates)):
+    if fault is None and report.statement != statement(stated, pair.unit(report.options)):
         fault = "the report's statement is not what its intervals say"
     return Check("deviation", fault is None, fault or _AGREES + _not_checked(stated))
 

@@ -67,7 +67,7 @@ class GateFile(_Section):
     """A set of gates, as a TOML or JSON document."""
 
     unit: str | None = Field(
-        None, max_length=20, description="what messages call the unit of the files, such as mm"
+        None, max_length=20, description="what lengths are in; see GateRule.unit"
     )
     gates: Rules = Field({}, description="what holds for every asset")
     classes: dict[str, AssetClass] = Field(

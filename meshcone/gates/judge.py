@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,10 +10,10 @@ from fnmatch import fnmatchcase
 from typing import TypeVar
 
 from meshcone.gates.keep import keep_gates
-from meshcone.gates.paths import Found, Value, find, in_reference, value_at
+from meshcone.gates.paths import Found, Value, find, in_reference, side_of, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
-from meshcone.gates.units import is_distance, unit_of
+from meshcone.gates.units import Unit, is_distance, is_size, sized, unit_for
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
 from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
@@ -157,10 +158,9 @@ class _Comparison:
         if self._is_ratio and base is None:
             why = "not tested, because the reference has no such value"
             return _Finding(value, None, "not_tested", f"{name_of(self.key)}: {why}")
-        if self.bound.endswith("_model") and is_distance(self.key):
-            value, limit = value * self._radius, self.allowed
-        else:
-            limit = self.allowed if base is None else self.allowed * base
+        limit = self.allowed if base is None else self.allowed * base
+        if self.bound.endswith("_model"):
+            value *= (self._radius if is_distance(self.key) else 1.0) / self._unit.length
         least, most = (value, limit) if self._is_upper else (limit, value)
         within = least <= most or max(abs(value), abs(limit)) <= self._rounding
         words = "".join(self._words(value, limit, base, within=within))
@@ -175,7 +175,7 @@ class _Comparison:
         lower, upper = found.lower, found.upper
         at = found.at if isinstance(found, DistanceInterval) else None
         if self.bound.endswith("_model") and isinstance(found, DistanceInterval):
-            lower, upper = found.lower_model, found.upper_model
+            lower, upper = self._ends_in_unit(found)
         if self._is_upper:
             within, beyond = upper <= self.allowed, lower > self.allowed
         else:
@@ -199,6 +199,25 @@ class _Comparison:
         position = at if status == "fail" else None
         return _Finding(value, self.allowed, status, words, position)
 
+    def _ends_in_unit(self, found: DistanceInterval) -> tuple[float, float]:
+        """Both ends in the unit of the bound, rounded outwards."""
+        lower, upper, length = found.lower_model, found.upper_model, self._unit.length
+        if length == 1:
+            return lower, upper
+        return math.nextafter(lower / length, 0.0), math.nextafter(upper / length, math.inf)
+
+    @property
+    def _unit(self) -> Unit:
+        """What bounds in model units are in: of a size, as the file is that has it."""
+        sides = self.report.inputs
+        reference = None if sides.reference is None else sides.reference.format
+        if is_size(self.key):
+            own = reference if side_of(self.key) == "reference" else None
+            return unit_for(self.rule.unit, own or sides.source.format)
+        scaled = self.report.options.align == "similarity"
+        formats = sized(sides.source.format, reference, scaled=scaled)
+        return unit_for(self.rule.unit, *formats)
+
     @property
     def _radius(self) -> float:
         """Of the reference; asked for where a value is a distance, which no audit has."""
@@ -211,7 +230,7 @@ class _Comparison:
         if self.key.partition(".")[0] == _PROVEN:
             return 0.0
         in_model_units = self.bound.endswith("_model") and is_distance(self.key)
-        return ROUNDING * self._radius if in_model_units else ROUNDING
+        return ROUNDING * self._radius / self._unit.length if in_model_units else ROUNDING
 
     @property
     def _is_upper(self) -> bool:
@@ -264,13 +283,12 @@ class _Comparison:
         return whose[self.bound.rpartition("_")[2]]
 
     def _with_unit(self, value: float, beside: float) -> str:
-        sides = self.report.inputs
-        unit = self.rule.unit or unit_of((sides.reference or sides.source).format)
+        unit = self._unit
         if self.bound.endswith("_model"):
-            return f"{number(value, beside)} {unit}"
+            return f"{number(value, beside)} {unit.name}"
         if self.bound in ("max", "min") and is_distance(self.key):
-            model = number(value * self._radius)
-            return f"{number(value, beside)} of the radius ({model} {unit})"
+            model = number(value * self._radius / unit.length)
+            return f"{number(value, beside)} of the radius ({model} {unit.name})"
         return number(value, beside)
 
     def _worst_position(self) -> tuple[float, float, float] | None:

@@ -36,6 +36,8 @@ BOUNDS: tuple[Bound, ...] = get_args(Bound)
 NUMERIC_BOUNDS: tuple[NumericBound, ...] = get_args(NumericBound)
 WORD_BOUNDS: tuple[WordBound, ...] = get_args(WordBound)
 
+_LENGTHS = ("max_model", "min_model", "tolerance_model")
+
 # Strict: "0.1" or true where a number belongs is a slip of the writer's, not a bound.
 Number = Annotated[float, Field(strict=True, ge=-1e12, le=1e12, allow_inf_nan=False)]
 Words = tuple[StrictStr, ...]
@@ -52,10 +54,12 @@ class GateRule(BaseModel):
     max: Number | None = Field(None, description="largest value allowed, as the report states it")
     min: Number | None = Field(None, description="smallest value allowed, as the report states it")
     max_model: Number | None = Field(
-        None, description="largest distance allowed, in the unit of the files"
+        None,
+        description="largest distance allowed, in the unit of the files or, of a glTF, in `unit`",
     )
     min_model: Number | None = Field(
-        None, description="smallest distance allowed, in the unit of the files"
+        None,
+        description="smallest distance allowed, in the unit of the files or, of a glTF, in `unit`",
     )
     max_ratio_to_input: Number | None = Field(
         None, description="largest multiple allowed of what the input scored"
@@ -95,7 +99,10 @@ class GateRule(BaseModel):
         "error", description="whether a value out of bounds fails the asset or is only told"
     )
     unit: str | None = Field(
-        None, max_length=20, description="what messages call the unit of the files, such as mm"
+        None,
+        max_length=20,
+        description="what lengths are in: of a glTF, which is in metres, they are converted; of "
+        "other files it is what messages call their unit, such as mm",
     )
 
     @model_validator(mode="after")
@@ -108,6 +115,18 @@ class GateRule(BaseModel):
         """The bounds that are set, in the order of the fields."""
         values = ((name, getattr(self, name)) for name in BOUNDS)
         return {name: value for name, value in values if value is not None}
+
+    def in_model_units(self, length: float) -> GateRule:
+        """The rule with its bounds on distances in the unit of the files.
+
+        Args:
+            length: of the unit that the rule is in, in the unit of the files.
+        """
+        if length == 1:
+            return self
+        lengths = {name: getattr(self, name) for name in _LENGTHS}
+        converted = {name: each * length for name, each in lengths.items() if each is not None}
+        return self.model_copy(update={"unit": None, **converted})
 
 
 GateTable = Mapping[str, GateRule]

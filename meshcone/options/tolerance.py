@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from meshcone.errors import InputError
+from meshcone.gates.units import GLTF_FORMATS, LENGTHS
 
 TOLERANCE_LENGTH = 40  # characters
 _TOLERANCE = re.compile(r"(?P<number>\d*\.?\d+(?:[eE][+-]?\d+)?) ?(?P<unit>%|[A-Za-z]{0,20})")
-# Of a glTF, whose distances are metres (glTF 2.0, section 3.4).
-_METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Tolerance:
         Raises:
             InputError: the unit is named, and is no length that is known.
         """
-        if any(PurePosixPath(name.lower()).suffix in (".glb", ".gltf") for name in names):
+        if any(PurePosixPath(name.lower()).suffix[1:] in GLTF_FORMATS for name in names):
             return self.in_metres()
         return self
 
@@ -65,10 +64,10 @@ class Tolerance:
         """
         if self.relative or self.unit is None:
             return self
-        if self.unit not in _METRES:
-            known = ", ".join(_METRES)
+        if self.unit not in LENGTHS:
+            known = ", ".join(LENGTHS)
             raise InputError(
                 f"a glTF is in metres, and '{self.unit}' is no unit known here: expected a length "
                 f"in one of {known}"
             )
-        return Tolerance(self.value * _METRES[self.unit], unit="m")
+        return Tolerance(self.value * LENGTHS[self.unit], unit="m")

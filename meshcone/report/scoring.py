@@ -7,6 +7,7 @@ from functools import partial
 from meshcone.appearance.comparison import Painted, compare_colours
 from meshcone.appearance.paint import Paint
 from meshcone.appearance.records import Appearance
+from meshcone.gates.rules import GateTable
 from meshcone.options import Options, QualityOptions
 from meshcone.quality.baselines import project, smooth
 from meshcone.quality.conventions import conventions
@@ -122,18 +123,19 @@ class Scorer:
                 self._again,
             )
 
-    def deviation(self, frame: Frame) -> ProvenDeviation | None:
+    def deviation(self, frame: Frame, gates: GateTable) -> ProvenDeviation | None:
         """Prove how far the mesh judged last and the reference go from each other.
 
         Args:
             frame: the frame the meshes are in.
+            gates: in the unit of the files; the proof goes on until it has decided them.
 
         Returns:
             None where the options ask for no proof.
         """
         if not self._options.deviation.prove:
             return None
-        bars = bars_of(self._options.gates, frame.radius)
+        bars = bars_of(gates, frame.radius)
         closed = self._closed
         encloses = None if closed is None else partial(inside, reference=closed)
         with self._watch.stage("deviation"):

@@ -2,36 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from decimal import ROUND_CEILING, Context, Decimal
 
+from meshcone.gates.units import Unit
 from meshcone.quality.deviation.records import Deviation
 
 _UP = Context(prec=3, rounding=ROUND_CEILING)
 
 
-def statement(deviation: Deviation, unit: str) -> str:
+def statement(deviation: Deviation, unit: Unit) -> str:
     """Say what is proven of both surfaces, rounded up to three digits.
 
     Args:
         deviation: the proven intervals.
-        unit: what the unit of the files is called.
+        unit: what it is told in.
     """
     found = within(deviation.extra.upper_model, deviation.missing.upper_model, unit)
     return f"{found} (proven)"
 
 
-def within(extra: float, missing: float, unit: str) -> str:
+def within(extra: float, missing: float, unit: Unit) -> str:
     """Say how close two surfaces are, rounded up to three digits.
 
     Args:
         extra: no point of the mesh is farther from the reference, in model units.
         missing: no point of the reference is farther from the mesh.
-        unit: what the unit of the files is called.
+        unit: what it is told in.
     """
     return (
-        f"every point within {rounded_up(extra)} {unit} of the reference, "
-        f"every point of the reference within {rounded_up(missing)} {unit}"
+        f"every point within {_told(extra, unit)} of the reference, "
+        f"every point of the reference within {_told(missing, unit)}"
     )
+
+
+def _told(distance: float, unit: Unit) -> str:
+    if unit.length != 1:
+        distance = math.nextafter(distance / unit.length, math.inf)
+    return f"{rounded_up(distance)} {unit.name}"
 
 
 def rounded_up(value: float) -> str:

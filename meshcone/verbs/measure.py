@@ -67,7 +67,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         )
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
-        proven = scorer.deviation(pair.frame)
+        proven = scorer.deviation(pair.frame, pair.gates(options))
         told = pair.warnings(quality.input.validity, quality.floor.validity)
         told += appearance_warnings(appearance, asked=options.quality.appearance)
     with watch.stage("audit"):
@@ -82,7 +82,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         )
     report = MeasureReport(
         version=version("meshcone"),
-        statement=proven and statement(proven.record, pair.unit(options.gates)),
+        statement=proven and statement(proven.record, pair.unit(options)),
         outcome=decide_agreement(
             quality.input,
             quality.floor,

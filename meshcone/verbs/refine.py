@@ -127,7 +127,7 @@ def refine(
             pair.partitions(options.quality.per) if options.quality.per else None,
         )
         after = scorer.refined(pair.source.moved_to(written.positions))
-        proven = scorer.deviation(pair.frame)
+        proven = scorer.deviation(pair.frame, pair.gates(options))
         report = _report(pair, scorer, options, problem, solved, written, after, proven)
     with watch.stage("audit"):
         if options.audit:
@@ -210,7 +210,7 @@ def _report(
         told += NOT_AUDITED
     return Report(
         version=version("meshcone"),
-        statement=proven and statement(proven.record, pair.unit(options.gates)),
+        statement=proven and statement(proven.record, pair.unit(options)),
         outcome=decide_outcome(
             before=scorer.input,
             after=after,

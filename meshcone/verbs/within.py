@@ -8,7 +8,7 @@ from time import monotonic
 
 from meshcone.errors import InfeasibleError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
-from meshcone.gates.units import unit_of
+from meshcone.gates.units import sized, unit_for
 from meshcone.options import WITHIN_GATE, Options
 from meshcone.progress import Progress, ProgressCallback
 from meshcone.report.report import Report
@@ -86,8 +86,13 @@ def refine_within(
 def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
     """What a report says of a tolerance that its options have as a gate."""
     assert report.deviation is not None  # noqa: S101 - no tolerance is taken without it
-    rule, radius = report.options.gates[WITHIN_GATE], report.frame.radius
-    limit = rule.max_model if rule.max is None else rule.max * radius
+    inputs, options, radius = report.inputs, report.options, report.frame.radius
+    formats = sized(
+        inputs.source.format, inputs.reference.format, scaled=options.align == "similarity"
+    )
+    rule = options.gates[WITHIN_GATE]
+    unit = unit_for(rule.unit, *formats)
+    limit = rule.in_model_units(unit.length).max_model if rule.max is None else rule.max * radius
     assert limit is not None  # noqa: S101 - the gate has one of both
     places = [
         PlaceBeyond(on=each.on, position=each.position, distance_model=each.distance * radius)
@@ -105,7 +110,7 @@ def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
     return WithinRecord(
         asked=asked,
         limit_model=limit,
-        unit=rule.unit or unit_of(report.inputs.reference.format),
+        unit=unit.name,
         reached=reached,
         attempts=attempts,
         places=() if reached else tuple(places),

@@ -66,7 +66,7 @@ class Forgery:
         written = compare_with_rewritten(pair, answer, refined.data).positions
         scorer = Scorer(pair.source, pair.reference, options)
         measured = scorer.refined(pair.source.moved_to(written))
-        proven = scorer.deviation(pair.frame)
+        proven = scorer.deviation(pair.frame, pair.gates(options))
         assert proven is not None
         closeness = Closeness(proven.extra, proven.missing)
         tolerance = options.solver.tolerance
@@ -78,7 +78,7 @@ class Forgery:
                     final, problem.into_program(written), tolerance, problem.magnification
                 ),
                 "deviation": proven.record,
-                "statement": statement(proven.record, pair.unit(options.gates)),
+                "statement": statement(proven.record, pair.unit(options)),
                 "displacement": displacement_of(written, pair.source.vertices),
                 "quality": scorer.quality(measured, pair.frame),
                 "solver": honest.report.solver.model_copy(update={"candidate": self.candidate}),
