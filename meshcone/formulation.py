@@ -72,7 +72,7 @@ class SurfaceFormulation(Formulated):
         problems: the program under every setting that is tried.
     """
 
-    def __init__(self, pair: Pair, options: Options) -> None:
+    def __init__(self, pair: Pair, options: Options, start: Floats | None = None) -> None:
         asset = pair.source_asset
         self.seams = Seams.of(pair.source)
         listed = listed_vertices(options, pair.source_file.resources, len(asset.weld))
@@ -81,7 +81,12 @@ class SurfaceFormulation(Formulated):
         fixed[self.seams.group[pair.fixed]] = True
         labels = SourceLabels(asset.regions, weld, fixed, listed)
         self.problems = SurfaceProblems(
-            self.seams.joined, pair.reference, options, pair.frame.radius, labels
+            self.seams.joined,
+            pair.reference,
+            options,
+            pair.frame.radius,
+            labels,
+            None if start is None else self.into_program(start),
         )
 
     def into_program(self, positions: Floats) -> Floats:

@@ -91,6 +91,12 @@ class Pair:
         source = Mesh(self.frame.into(moved), self.source.faces)
         return replace(self, source=source, alignment=alignment)
 
+    @property
+    def divisible(self) -> Bools:
+        """(m,) which faces of the source may be divided: those that are selected."""
+        selected = self.policy.selected if self.policy is not None else None
+        return np.ones(len(self.source.faces), dtype=bool) if selected is None else selected
+
     def divided(self, subdivision: Subdivision, options: Options) -> Pair:
         """Divide the faces of the source where they are, and place it as it is placed here.
 

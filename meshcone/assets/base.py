@@ -253,14 +253,23 @@ class Asset(abc.ABC):
             raise ValueError("the subdivision does not tile the faces of the file")
         if not subdivision.divided.any():
             return self._around(self._data)
+        self.ensure_divisible()
         with naming(self.name):
             return self._around(self._divide(subdivision))
 
-    def _divide(self, subdivision: Subdivision) -> bytes:  # noqa: ARG002
+    def ensure_divisible(self) -> None:
+        """Check, without a subdivision yet, that ``divided`` can write this format.
+
+        Raises:
+            InputError: it cannot.
+        """
         raise InputError(
-            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ, GLB or "
-            "glTF file"
+            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ",
+            file=self.name,
         )
+
+    def _divide(self, subdivision: Subdivision) -> bytes:
+        raise NotImplementedError
 
     def parts(self, by: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
         """The parts of the surface, by node, mesh, material or group.

@@ -37,6 +37,7 @@ class OptionKeywords(TypedDict, total=False):
     solver: Mapping[str, Any]
     quality: Mapping[str, Any]
     deviation: Mapping[str, Any]
+    detail: Mapping[str, Any]
 
 
 def options_from(keywords: Mapping[str, Any], mode: Mode) -> Options:

@@ -11,6 +11,7 @@ from meshcone.errors import InputError
 from meshcone.gates.keep import Kept
 from meshcone.gates.rules import GateRule
 from meshcone.options.cones import ConeOptions
+from meshcone.options.detail import DetailOptions
 from meshcone.options.deviation import DeviationOptions
 from meshcone.options.files import Level, Member, ReferenceOptions, SceneKey, SelectOptions
 from meshcone.options.program import CentroidOptions, SolverOptions, SurfaceOptions
@@ -126,6 +127,7 @@ class Options(Section):
     solver: SolverOptions = SolverOptions()
     quality: QualityOptions = QualityOptions()
     deviation: DeviationOptions = DeviationOptions()
+    detail: DetailOptions = DetailOptions()
 
     @field_validator("within")
     @classmethod

@@ -57,7 +57,7 @@ class Attempt:
     def __init__(self, name: str, problem: SurfaceProblem, options: SolverOptions) -> None:
         """Stand at the start; nothing is solved yet."""
         self.name, self._problem, self._options = name, problem, options
-        self.positions = problem.source.vertices
+        self.positions = problem.start
         self.records: list[RoundRecord] = []
         self.finish: Finish | None = None
         self._known: Sequence[Multipliers] = ()

@@ -29,6 +29,7 @@ class SurfaceProblem:
         structure: what stays of the source.
         request: the cones.
         options: weights and schedule.
+        start: (n, 3) where the first round starts.
     """
 
     source: Mesh
@@ -36,6 +37,7 @@ class SurfaceProblem:
     structure: SourceStructure
     request: RequestedCones
     options: SurfaceOptions
+    start: Floats
 
     @property
     def rounds(self) -> int:
@@ -68,6 +70,7 @@ class SurfaceProblems:
         options: the caller's.
         radius: the frame's radius in model units, for lengths given in them.
         labels: regions and vertex numbering of the source file, for pins.
+        start: (n, 3) where the first round starts, if not at the source.
         prepared: the reference, sampled once for all settings.
         staying: the side of it that the answer stays on, if one was asked for.
     """
@@ -77,6 +80,7 @@ class SurfaceProblems:
     options: Options
     radius: float = 1.0
     labels: SourceLabels | None = None
+    start: Floats | None = None
     prepared: PreparedReference = field(init=False)
     staying: Staying | None = field(init=False)
 
@@ -100,4 +104,5 @@ class SurfaceProblems:
                 source, chosen.edge_cap, self.options.cones, self.radius, labels, self.staying
             ),
             options=chosen,
+            start=source.vertices if self.start is None else self.start,
         )

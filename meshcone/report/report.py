@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from meshcone.appearance.records import Appearance
 from meshcone.auditing.records import AssetAudit, Changes
+from meshcone.detail.records import DetailRecord
 from meshcone.gates.records import GateVerdict
 from meshcone.notices import WarningRecord
 from meshcone.options import Options
@@ -229,6 +230,7 @@ class Report(_Record):
     within: WithinRecord | None = Field(None, description="absent where no tolerance was asked for")
     output: OutputRecord
     displacement: Displacement
+    detail: DetailRecord | None = Field(None, description="absent where no faces could be added")
     solver: SolverReport
     certificate: CertificateRecord | None = Field(
         description="absent where the input was kept as it was"

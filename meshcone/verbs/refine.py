@@ -10,11 +10,11 @@ from pathlib import PurePath
 from meshcone.assets import Asset
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile, Closeness
-from meshcone.conflict_words import in_words
 from meshcone.deadline import time_allowed
+from meshcone.detailing import Solution, require_divisible, solve_in_detail
 from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
-from meshcone.formulation import Formulated, formulate
+from meshcone.formulation import formulate
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
 from meshcone.notices import Code, Told, WarningRecord, warning
@@ -22,11 +22,11 @@ from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.diagnostics import SolverReport
-from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.quality.deviation.proving import ProvenDeviation
 from meshcone.quality.records import Metrics
+from meshcone.quality.validity import inspect
 from meshcone.report.asset_checks import NOT_AUDITED
 from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
@@ -35,7 +35,6 @@ from meshcone.report.outcome import decide_outcome
 from meshcone.report.report import Displacement, OutputRecord, Report, Timings
 from meshcone.report.scoring import Scorer
 from meshcone.report.statement import statement
-from meshcone.solving import solve
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.views.scene import Scene
@@ -95,25 +94,24 @@ def refine(
     watch = Stopwatch()
     tracker.enter("read")
     with watch.stage("read"):
-        pair = read_pair(source, reference, options).under(options)
+        sent = read_pair(source, reference, options).under(options)
+        require_divisible(sent, options)
     limited = _limited(options, solve_seconds)
     with time_allowed(limited.solver.time_limit):
         with watch.stage("align"):
             if options.align != "none":
-                pair = pair.aligned(options.align, options.seed)
+                sent = sent.aligned(options.align, options.seed)
         tracker.enter("solve")
         with watch.stage("solve"):
-            problem = formulate(pair, limited)
             apart = misfit(
-                pair.source, pair.reference, options.seed, aligned=options.align != "none"
+                sent.source, sent.reference, options.seed, aligned=options.align != "none"
             )
-            try:
-                if apart is None:
-                    solved = solve(problem, tracker.round_done)
-                else:
-                    solved = RefinedPositions(pair.source.vertices, [], None, misaligned=apart)
-            except ContradictionError as error:
-                raise in_words(error, pair, problem) from None
+            if apart is None:
+                solution = solve_in_detail(sent, limited, tracker.level_done, tracker.round_done)
+            else:
+                returned = RefinedPositions(sent.source.vertices, [], None, misaligned=apart)
+                solution = Solution(sent, formulate(sent, limited), returned)
+            pair, solved = solution.pair, solution.answer
     tracker.enter("write")
     with watch.stage("write"):
         written = _write(pair, solved)
@@ -128,18 +126,18 @@ def refine(
         )
         after = scorer.refined(pair.source.moved_to(written.positions))
         proven = scorer.deviation(pair.frame, pair.gates(options))
-        report = _report(pair, scorer, options, problem, solved, written, after, proven)
+        report = _report(sent, solution, scorer, options, written, after, proven)
     with watch.stage("audit"):
         if options.audit:
-            report = _with_audit(report, pair, written)
+            report = _with_audit(report, sent, written)
     return Refinement(
         name=written.record.name,
         data=written.data,
         media_type=pair.source_asset.media_type,
         # Only now is the last stage over.
         report=judged(report.model_copy(update={"timings": _timings(watch, report)})),
-        certificate=_certificate(pair, options, solved, written, proven),
-        scene=scorer.scene(pair.frame, _tension(problem, solved)),
+        certificate=_certificate(sent, solution, options, written, proven),
+        scene=scorer.scene(pair.frame, _tension(solution)),
     )
 
 
@@ -182,15 +180,15 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
 
 
 def _report(
-    pair: Pair,
+    sent: Pair,
+    solution: Solution,
     scorer: Scorer,
     options: Options,
-    problem: Formulated,
-    solved: RefinedPositions,
     written: _Written,
     after: Metrics,
     proven: ProvenDeviation | None,
 ) -> Report:
+    pair, problem, solved = solution.pair, solution.problem, solution.answer
     appearance = scorer.appearance(*pair.paints)
     validity = scorer.input.validity, scorer.floor.validity
     moves = row_lengths(written.positions - pair.source.vertices)
@@ -208,6 +206,10 @@ def _report(
     )
     if not options.audit:
         told += NOT_AUDITED
+    came = validity[0]
+    if pair is not sent:  # what was scored has other faces than what was sent
+        pairs = options.quality.intersection_pairs
+        came = inspect(sent.source, pairs, collapsed=sent.collapsed[0])
     return Report(
         version=version("meshcone"),
         statement=proven and statement(proven.record, pair.unit(options)),
@@ -219,7 +221,7 @@ def _report(
             largest_move=float(moves.max()),
             solved=solved,
         ),
-        inputs=pair.inputs(*validity),
+        inputs=sent.inputs(came, validity[1]),
         frame=pair.frame_record(),
         alignment=pair.alignment_record(),
         options=options,
@@ -228,6 +230,7 @@ def _report(
         deviation=proven and proven.record,
         output=written.record,
         displacement=Displacement(mean=float(moves.mean()), max=float(moves.max())),
+        detail=solution.detail,
         solver=solver,
         certificate=certificate,
         **told.section(),
@@ -241,7 +244,7 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
     file = MeshFile(written.record.name, written.data, pair.source_file.resources)
     found = audited(
         report.options,
-        Audited(pair.source_file, pair.source_asset, report.quality.input.validity),
+        Audited(pair.source_file, pair.source_asset, report.inputs.source.validity),
         Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
         Audited(file, written.asset, refined.validity),
     )
@@ -252,11 +255,12 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
 
 def _certificate(
     pair: Pair,
+    solution: Solution,
     options: Options,
-    solved: RefinedPositions,
     written: _Written,
     proven: ProvenDeviation | None,
 ) -> bytes | None:
+    solved = solution.answer
     document = CertificateDocument(
         version=version("meshcone"),
         source_sha256=pair.source_file.sha256,
@@ -271,15 +275,16 @@ def _certificate(
     )
     closeness = None if proven is None else Closeness(proven.extra, proven.missing)
     if solved.final is not None:
-        return CertificateFile.of(solved.final, document, closeness).to_bytes()
+        division = solution.subdivision
+        return CertificateFile.of(solved.final, document, closeness, division).to_bytes()
     return None if closeness is None else CertificateFile.of_kept(document, closeness).to_bytes()
 
 
-def _tension(problem: Formulated, solved: RefinedPositions) -> Floats | None:
-    if solved.final is None:
+def _tension(solution: Solution) -> Floats | None:
+    final = solution.answer.final
+    if final is None:
         return None
-    tension = vertex_tension(solved.final.multipliers, len(solved.final.positions))
-    return problem.of_vertices(tension)
+    return solution.problem.of_vertices(vertex_tension(final.multipliers, len(final.positions)))
 
 
 def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
@@ -343,6 +348,11 @@ class _Tracker:
 
     def enter(self, stage: Stage) -> None:
         self._emit(stage, _STAGE_STARTS[stage])
+
+    def level_done(self, faces: int, allowed: int) -> None:
+        """Tell that faces are being added; the rounds that count come after."""
+        start, end = _STAGE_STARTS["solve"], _STAGE_STARTS["write"]
+        self._emit("solve", start + (end - start) / 2 * min(1.0, faces / allowed))
 
     def round_done(self, done: int, rounds: int) -> None:
         self._round, self._rounds = done, rounds

@@ -9,6 +9,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.options import Mode, Options, parse_assignments, parse_options
+from meshcone.options.detail import DetailOptions
 
 Source = Annotated[
     Path,
@@ -48,15 +49,17 @@ def options_from(
     formulation: str | None = None,
     per: str | None = None,
     within: str | None = None,
+    detail: str | None = None,
     mode: Mode | None = None,
 ) -> Options:
-    """The options that ``--set``, ``--formulation``, ``--per`` and ``--within`` ask for.
+    """The options that ``--set`` and the other arguments here ask for.
 
     Args:
         assignments: of ``--set``.
         formulation: of ``--formulation``.
         per: of ``--per``.
         within: of ``--within``.
+        detail: of ``--detail``.
         mode: of the command, if it has one of its own.
 
     Raises:
@@ -70,6 +73,11 @@ def options_from(
         document["formulation"] = formulation
     if within is not None:
         document["within"] = within
+    if detail is not None:
+        asked = DetailOptions.asked(detail)
+        if detail.strip() == "auto" and "within" not in document:
+            raise InputError("--detail auto needs a tolerance to reach: add --within")
+        document["detail"] = {**document.get("detail", {}), **asked}
     if per is not None:
         document["quality"] = {**document.get("quality", {}), "per": per}
     options = parse_options(document)

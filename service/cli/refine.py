@@ -47,6 +47,14 @@ def command(
             show_default=False,
         ),
     ] = None,
+    detail: Annotated[
+        str | None,
+        typer.Option(
+            help="Faces to add where SOURCE has too few: 4x for four times as many as it has at "
+            "most, 20000 for so many in all, auto for what --within takes.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Annotated[
         bool, typer.Option("-q", "--quiet", help="Say nothing of what came of it.")
     ] = False,
@@ -58,7 +66,7 @@ def command(
     from meshcone.library.inputs import load_unread
     from meshcone.library.results import require_saveable
 
-    options = options_from(assignments, formulation, per, within, mode="refine")
+    options = options_from(assignments, formulation, per, within, detail, mode="refine")
     source_file, reference_file = load_unread(source, "source"), load_unread(reference, "reference")
     source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)
@@ -92,6 +100,10 @@ def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
     if report["statement"] is not None:
         typer.echo(report["statement"])
     typer.echo(outcome_line(report))
+    if report["detail"] is not None:
+        found = report["detail"]
+        words = f"{found['faces_before']:,} → {found['faces_after']:,} faces"
+        typer.echo(f"detail         {words}, in {found['levels']} levels; {found['stopped']}")
     typer.echo(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
     if quality["per"] is not None:
         from rich.console import Console

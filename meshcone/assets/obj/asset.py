@@ -125,6 +125,9 @@ class ObjAsset(Asset):
             statements |= self._new_normals(lines, vertices, policy.selected)
         return lines.replaced(statements)
 
+    def ensure_divisible(self) -> None:
+        """See :meth:`Asset.ensure_divisible`: every OBJ can be."""
+
     def _divide(self, subdivision: Subdivision) -> bytes:
         unknown = {Code.TEXCOORDS_UNKNOWN, Code.NORMALS_UNKNOWN}
         return divided_obj(

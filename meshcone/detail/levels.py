@@ -1,0 +1,168 @@
+"""Divides a source level by level where it misses its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil, log
+
+import numpy as np
+
+from meshcone.deadline import require_time
+from meshcone.detail.choosing import choose_edges
+from meshcone.detail.divided_mesh import DividedMesh, edge_of_sides
+from meshcone.detail.flips import flip_inside
+from meshcone.detail.misses import Misses, Target
+from meshcone.detail.records import Stopped
+from meshcone.options import Options
+from meshcone.options.cones import ConeOptions
+from meshcone.program.rounds import refine_surface
+from meshcone.quality.intersections import count_self_intersections
+from meshcone.surface import Mesh, Subdivision
+from meshcone.surface.arrays import Bools, Floats
+from meshcone.surface.subdivision import MAX_EXPONENT
+
+# Faces after a level over those before, at most: the next level is to see what this one did.
+_GROWTH = 1.6
+_ROUNDS = (3.0, 1.0)  # fairness of the rounds of a level
+_FULL = 0.995  # so much of the budget counts as all of it
+# A level that takes less than this share off the squared distance does not help.
+_LEAST_HELP = 1e-3
+_ROUNDING = 1e-6  # of the radius: nearer than this, numbers in files say nothing
+# Pairs of faces that pass through each other may become more by so many, or by this share.
+_FEW_CROSSINGS, _CROSSING_SHARE = 4, 0.005
+
+
+@dataclass(frozen=True)
+class Detail:
+    """Faces of a source, divided, and what became of its distance meanwhile.
+
+    Attributes:
+        subdivision: of the source's faces.
+        levels: how often faces were chosen and split.
+        stopped: why no further: the ``tolerance`` is met, the ``budget`` of faces is spent, or
+            the last level did not help (``stagnation``), which is then left out.
+        corners: (f, 3, 3) where the levels left the corners of each new face, in the frame.
+    """
+
+    subdivision: Subdivision
+    levels: int
+    stopped: Stopped
+    corners: Floats
+
+
+def find_detail(
+    source: Mesh,
+    reference: Mesh,
+    divisible: Bools,
+    options: Options,
+    on_level: Callable[[int, int], None] | None = None,
+) -> Detail:
+    """Divide a source where it misses its reference.
+
+    Each level scores the faces, splits edges of the worst, moves all vertices by the first
+    rounds of the engine, and swaps diagonals inside faces of the source. The positions it
+    reaches serve to choose the next edges; the division is what is returned.
+
+    Args:
+        source: in the reference's frame, with the vertices joined that are to move as one.
+        reference: in its own frame.
+        divisible: (m,) which faces of the source may be divided.
+        options: ``detail``, and what the engine reads of the rest.
+        on_level: called with the faces so far and the faces allowed.
+
+    Raises:
+        SolveTimeoutError: the time that is allowed for solving is over.
+    """
+    return _Levels(source, reference, divisible, options, on_level).run()
+
+
+class _Levels:
+    def __init__(
+        self,
+        source: Mesh,
+        reference: Mesh,
+        divisible: Bools,
+        options: Options,
+        on_level: Callable[[int, int], None] | None,
+    ) -> None:
+        self._source, self._reference, self._divisible = source, reference, divisible
+        self._options, self._on_level = options, on_level
+        self._budget = options.detail.faces_allowed(len(source.faces))
+        self._tolerance = options.detail.tolerance
+        self._target = Target.of(reference, options.seed)
+        self._crossing = 0
+        surface = {"fairness": _ROUNDS, "reverse_from": 0}
+        self._quick = options.model_copy(
+            update={
+                "effort": "fast",
+                "cones": ConeOptions(),
+                "surface": options.surface.model_copy(update=surface),
+                "solver": options.solver.model_copy(update={"certify": False}),
+            }
+        )
+
+    def run(self) -> Detail:
+        """Divide until there is a reason to stop."""
+        now, levels = DividedMesh.of(self._source), 0
+        misses = Misses.of(now.mesh, self._target)
+        if self._reason_to_stop(now, misses) is None:
+            now = self._moved(now)
+            misses = Misses.of(now.mesh, self._target)
+        self._crossing = self._crossings(now.mesh)
+        while (stopped := self._reason_to_stop(now, misses)) is None:
+            require_time()
+            if self._on_level is not None:
+                self._on_level(len(now.mesh.faces), self._budget)
+            found = self._level(now, misses)
+            if found is None:
+                stopped = "stagnation"
+                break
+            now, misses = found
+            levels += 1
+        return Detail(now.subdivision(), levels, stopped, now.mesh.corners)
+
+    def _reason_to_stop(self, now: DividedMesh, misses: Misses) -> Stopped | None:
+        if misses.farthest <= max(self._tolerance, _ROUNDING):
+            return "tolerance"
+        if len(now.mesh.faces) >= _FULL * self._budget or now.exponent >= MAX_EXPONENT:
+            return "budget"
+        return None
+
+    def _level(self, now: DividedMesh, misses: Misses) -> tuple[DividedMesh, Misses] | None:
+        """Split, move and swap; None if nothing can be split or it does not help."""
+        marked = choose_edges(now.mesh, misses, self._divisible_edges(now), self._limit(now))
+        if not marked.any():
+            return None
+        split = self._moved(now.split(marked))
+        swapped = self._moved(flip_inside(split, self._target.tree))
+        for found in (swapped, split):
+            after = Misses.of(found.mesh, self._target)
+            helps = after.total <= (1 - _LEAST_HELP) * misses.total
+            if helps and not self._tangles(found.mesh):
+                return found, after
+        return None
+
+    def _limit(self, now: DividedMesh) -> int:
+        """How many faces the next level may have: equal growth until the budget is spent."""
+        faces = len(now.mesh.faces)
+        left = self._budget / faces
+        return min(self._budget, int(faces * left ** (1 / max(1, ceil(log(left) / log(_GROWTH))))))
+
+    def _moved(self, divided: DividedMesh) -> DividedMesh:
+        answer = refine_surface(divided.mesh, self._reference, self._quick, guarded=False)
+        return divided.moved_to(answer.positions)
+
+    def _divisible_edges(self, now: DividedMesh) -> Bools:
+        """(e,) edges that no face has which is to stay whole."""
+        free = np.ones(len(now.mesh.edges), dtype=bool)
+        free[edge_of_sides(now.mesh)[~self._divisible[now.parents]]] = False
+        return free
+
+    def _tangles(self, mesh: Mesh) -> bool:
+        """Whether more faces pass through each other than all levels together may add."""
+        allowed = max(_FEW_CROSSINGS, int(_CROSSING_SHARE * len(mesh.faces)))
+        return self._crossings(mesh) - self._crossing > allowed
+
+    def _crossings(self, mesh: Mesh) -> int:
+        return count_self_intersections(mesh, self._options.quality.intersection_pairs) or 0

@@ -1,0 +1,108 @@
+"""Where a mesh misses its reference: face by face, and side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshcone.surface import ClosestPoints, Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Bools, Floats, row_lengths
+from meshcone.surface.closest import barycentric_weights
+
+# Corners are pulled onto the reference in any case. The middles of the sides come first.
+_PLACES = np.array(
+    [
+        [1 / 2, 1 / 2, 0],
+        [0, 1 / 2, 1 / 2],
+        [1 / 2, 0, 1 / 2],
+        [1 / 3, 1 / 3, 1 / 3],
+        [2 / 3, 1 / 6, 1 / 6],
+        [1 / 6, 2 / 3, 1 / 6],
+        [1 / 6, 1 / 6, 2 / 3],
+    ]
+)
+_FEWEST_SAMPLES = 20_000
+_SAGITTA = 0.25  # of a chord's length
+_ON_SIDE = 1e-6  # barycentric weight of the corner across from it
+
+
+@dataclass(frozen=True)
+class Target:
+    """A reference, prepared to be missed.
+
+    Attributes:
+        tree: closest points on it.
+        points: (s, 3) samples of it, and its vertices.
+    """
+
+    tree: SurfaceTree
+    points: Floats
+
+    @staticmethod
+    def of(reference: Mesh, seed: int) -> Target:
+        """Sample a reference."""
+        count = max(_FEWEST_SAMPLES, 2 * len(reference.vertices))
+        samples = sample_surface(reference, count, seed).points
+        corners = reference.vertices[reference.used_vertices]
+        return Target(SurfaceTree(reference), np.concatenate([samples, corners]))
+
+
+@dataclass(frozen=True)
+class Misses:
+    """How far a mesh is from its reference, in the unit of both.
+
+    Attributes:
+        scores: (f,) the squared distance that each face is to blame for, times area: of its own
+            points, and of the reference's points that it is closest to.
+        sides: (f, 3) distance of the middle of each side from the reference.
+        mean: mean distance, over points of both.
+        farthest: largest distance of any point.
+    """
+
+    scores: Floats
+    sides: Floats
+    mean: float
+    farthest: float
+
+    @property
+    def total(self) -> float:
+        """The squared distance that all faces are to blame for."""
+        return float(self.scores.sum())
+
+    @staticmethod
+    def of(mesh: Mesh, target: Target) -> Misses:
+        """Measure a mesh against its reference."""
+        count = len(mesh.faces)
+        own = np.einsum("pi,mik->mpk", _PLACES, mesh.corners).reshape(-1, 3)
+        there = target.tree.closest(own).distances.reshape(count, -1)
+        back = SurfaceTree(mesh).closest(target.points)
+        share = float(mesh.face_areas.sum()) / len(target.points)
+        counted = np.where(_beyond_border(mesh, back), 0.0, back.distances)
+        blamed = np.bincount(back.faces, counted**2, count) * share
+        areas = mesh.face_areas
+        mean_there = float(np.average(there.mean(axis=1), weights=areas))
+        return Misses(
+            scores=blamed + areas * (there**2).mean(axis=1),
+            sides=there[:, :3],
+            mean=float((mean_there + back.distances.mean()) / 2),
+            farthest=float(max(there.max(), back.distances.max())),
+        )
+
+
+def _beyond_border(mesh: Mesh, found: ClosestPoints) -> Bools:
+    """Which points (k,) lie where a mesh has ended: a part that it lacks is no detail of it.
+
+    They are closest to an open border, and farther from it than a side that bends is from its
+    chord.
+    """
+    sides, faces = mesh.border_sides, found.faces
+    beside = np.flatnonzero(np.asarray(sides.any(axis=1))[faces])
+    weights = barycentric_weights(found.points[beside], mesh, faces[beside])
+    across = np.roll(weights, -2, axis=1)  # of the corner across from each side
+    lengths = row_lengths((mesh.corners - np.roll(mesh.corners, -1, axis=1)).reshape(-1, 3))
+    sizes = lengths.reshape(-1, 3).max(axis=1)
+    beyond: Bools = np.zeros(len(faces), dtype=bool)
+    on_border = np.asarray((sides[faces[beside]] & (across < _ON_SIDE)).any(axis=1))
+    beyond[beside] = on_border & (found.distances[beside] > _SAGITTA * sizes[faces[beside]])
+    return beyond

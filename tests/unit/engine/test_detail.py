@@ -1,0 +1,159 @@
+"""Refining with faces added where the source has too few."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from meshcone.assets import read_asset
+from meshcone.errors import InputError, LimitError
+from meshcone.files import MeshFile
+from meshcone.options import parse_options
+from meshcone.options.detail import DetailOptions
+from meshcone.verbs.refine import Refinement, refine
+from meshcone.verbs.verify import verify
+from meshcone.verbs.within import refine_within
+from tests import shapes
+
+FEW: dict[str, Any] = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
+QUICK: dict[str, Any] = {"effort": "fast", "quality": FEW, "deviation": {"prove": False}}
+
+
+def ball(level: int, name: str = "ball.obj") -> MeshFile:
+    return MeshFile(name, shapes.obj(*shapes.sphere(level)))
+
+
+def refined(source: MeshFile, **options: Any) -> Refinement:
+    return refine(source, ball(4), parse_options({**QUICK, **options}))
+
+
+def test_faces_are_added_and_the_surface_comes_closer() -> None:
+    plain, found = refined(ball(2)), refined(ball(2), detail={"growth": 4})
+    told = found.report.detail
+    assert (told.faces_before, told.stopped) == (128, "budget")
+    assert 500 <= told.faces_after <= 512
+    assert told.faces_after == len(read_asset("r.obj", found.data).faces)
+    mean, without = (each.report.quality.refined.point_to_surface.mean for each in (found, plain))
+    assert mean < without / 3
+
+
+def test_the_report_is_still_of_the_file_that_was_sent() -> None:
+    sent = ball(2)
+    report = refined(sent, detail={"growth": 2}).report
+    assert report.inputs.source.sha256 == sent.sha256
+    assert report.inputs.source.faces == 128
+    assert report.asset.refined.budget.triangles > report.asset.source.budget.triangles == 128
+
+
+def test_it_verifies_like_any_other() -> None:
+    sent, options = (
+        ball(2),
+        parse_options({"effort": "fast", "quality": FEW, "detail": {"growth": 2}}),
+    )
+    found = refine(sent, ball(4), options)
+    certificate = MeshFile("r.certificate.npz", found.certificate)
+    refined_file = MeshFile(found.name, found.data)
+    checks = verify(found.report, certificate, sent, ball(4), refined_file)
+    assert [check.words for check in checks.checks if not check.ok] == []
+    assert "division" in {check.name for check in checks.checks}
+
+
+def test_without_the_option_nothing_is_added_or_said() -> None:
+    assert refined(ball(2)).report.detail is None
+    asked = refined(ball(2), detail={"growth": 1, "tolerance": 0.01})
+    assert asked.data == refined(ball(2)).data
+
+
+def test_what_follows_its_reference_already_gets_no_faces() -> None:
+    told = refined(ball(4), detail={"growth": 2}).report.detail
+    assert (told.faces_after, told.divided, told.levels) == (told.faces_before, 0, 0)
+    assert told.stopped == "tolerance"
+
+
+def test_a_tolerance_takes_as_many_faces_as_it_needs() -> None:
+    """The chords of a ball are off by the square of their length: a fourth of it, four times."""
+    fine, finer = (
+        refined(ball(2), detail={"growth": 64, "tolerance": t}).report for t in (0.02, 0.005)
+    )
+    assert fine.detail.stopped == finer.detail.stopped == "tolerance"
+    assert 128 < fine.detail.faces_after < finer.detail.faces_after < 64 * 128
+    assert finer.quality.refined.point_to_surface.max < 0.005
+
+
+def test_a_tolerance_to_be_proven_is_reached_by_faces() -> None:
+    options = {"effort": "fast", "quality": FEW, "within": "0.5%", "detail": {"growth": 16}}
+    without = refine_within(ball(2), ball(4), parse_options({**options, "detail": {"growth": 1}}))
+    assert not without.report.within.reached
+    found = refine_within(ball(2), ball(4), parse_options(options))
+    assert found.report.within.reached
+    assert found.report.detail.faces_after > 128
+
+
+def test_what_is_not_selected_keeps_its_faces_and_places() -> None:
+    vertices, faces = shapes.sphere(2)
+    north = vertices[faces].mean(axis=1)[:, 2] > 0
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    for group, rows in (("north", faces[north]), ("south", faces[~north])):
+        lines += [f"g {group}", *(f"f {a} {b} {c}" for a, b, c in rows + 1)]
+    source = MeshFile("halves.obj", "\n".join(lines).encode())
+    found = refined(source, detail={"growth": 2}, select={"groups": ["north"]})
+    assert found.report.detail.divided > 0
+    asset = read_asset("r.obj", found.data)
+    names, parts = asset.parts("group")
+    south = asset.vertices[asset.faces[parts == names.index("south")]]
+    assert np.array_equal(south, vertices[faces[~north]])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"formulation": "centroid"}, "surface formulation"),
+        ({"cones": {"pin": {"vertices": [0]}}}, "pinned by their numbers"),
+    ],
+)
+def test_what_knows_no_added_faces_is_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        refined(ball(1), detail={"growth": 2}, **options)
+
+
+def test_a_format_that_cannot_be_divided_is_refused_before_anything_is_solved() -> None:
+    off = MeshFile("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    with pytest.raises(InputError, match="OFF files are not divided"):
+        refined(off, detail={"growth": 2})
+
+
+def test_more_faces_than_are_accepted_are_refused() -> None:
+    with pytest.raises(LimitError, match="MESHCONE_LIMIT_FACES"):
+        refined(ball(1), detail={"max_faces": 50_000_000})
+
+
+def test_borders_that_are_pinned_are_divided_and_stay() -> None:
+    cut = shapes.sphere(2)
+    upper = cut[1][cut[0][cut[1]].mean(axis=1)[:, 2] > 0]
+    source = MeshFile("cup.obj", shapes.obj(cut[0], upper))
+    found = refined(source, detail={"growth": 4}, cones={"pin": {"boundary": True}})
+    asset = read_asset("r.obj", found.data)
+    rim = asset.vertices[np.abs(asset.vertices[:, 2]) < 1e-4]
+    assert len(rim) > 16
+    assert np.linalg.norm(rim, axis=1).min() < 1.99  # on the chords, where the reference is not
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [
+        ("4x", {"growth": 4.0}),
+        ("1.5x", {"growth": 1.5}),
+        (" 20000 ", {"max_faces": 20000}),
+        ("auto", {"growth": 16.0}),
+    ],
+)
+def test_an_amount_of_detail_is_read(text: str, options: dict[str, Any]) -> None:
+    assert DetailOptions.asked(text) == options
+
+
+@pytest.mark.parametrize("text", ["", "x", "-1x", "4 x", "lots", "1e9", "4xx"])
+def test_what_is_no_amount_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="no amount of detail"):
+        DetailOptions.asked(text)
