@@ -54,9 +54,24 @@ class Attempt:
         finish: the last round, once it is solved.
     """
 
-    def __init__(self, name: str, problem: SurfaceProblem, options: SolverOptions) -> None:
-        """Stand at the start; nothing is solved yet."""
+    def __init__(
+        self,
+        name: str,
+        problem: SurfaceProblem,
+        options: SolverOptions,
+        *,
+        rounds: int | None = None,
+    ) -> None:
+        """Stand at the start; nothing is solved yet.
+
+        Args:
+            name: the setting's.
+            problem: the pair under that setting.
+            options: of the solvers.
+            rounds: how many of the schedule's to solve; by default all.
+        """
         self.name, self._problem, self._options = name, problem, options
+        self._rounds = problem.rounds if rounds is None else rounds
         self.positions = problem.start
         self.records: list[RoundRecord] = []
         self.finish: Finish | None = None
@@ -70,8 +85,12 @@ class Attempt:
 
     @property
     def rounds_left(self) -> int:
-        """Rounds of the schedule that are not solved."""
-        return 0 if self.finish is not None else self._problem.rounds - len(self.records)
+        """Rounds that are not solved."""
+        return 0 if self.finish is not None else self._rounds - len(self.records)
+
+    def shortened(self, rounds: int) -> Attempt:
+        """Return an attempt from the same start that ends after fewer rounds, unsolved."""
+        return Attempt(self.name, self._problem, self._options, rounds=rounds)
 
     def advance(self, rounds: int, count: Countdown) -> None:
         """Solve rounds until so many are, or the last one is.
@@ -79,12 +98,12 @@ class Attempt:
         Raises:
             ContradictionError, SolveTimeoutError, InternalError: from the solvers.
         """
-        while self.finish is None and len(self.records) < min(rounds, self._problem.rounds):
+        while self.finish is None and len(self.records) < min(rounds, self._rounds):
             self._solve_next(count)
 
     def complete(self, count: Countdown) -> Finish:
         """Solve all rounds that are left."""
-        self.advance(self._problem.rounds, count)
+        self.advance(self._rounds, count)
         assert self.finish is not None  # noqa: S101 - a schedule has a last round
         return self.finish
 
@@ -109,8 +128,8 @@ class Attempt:
         index, before = len(self.records), self.positions
         objective, families = self._problem.program(index, before)
         if index == 0:
-            require_feasible(families, before, self._options)
-        last = index == self._problem.rounds - 1
+            require_feasible(families, self._problem.source.vertices, self._options)
+        last = index == self._rounds - 1
         reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
         known, options = self._known, self._options
         solution = solve_round(
@@ -127,7 +146,7 @@ class Attempt:
             self._final = FinalProgram(
                 index, before, objective, families, solution.positions, solution.multipliers
             )
-        count.advance(self._problem.rounds - index if last else 1)
+        count.advance(self._rounds - index if last else 1)
 
 
 class Countdown:

@@ -2,7 +2,8 @@
 
 No single setting serves every mesh: dense noisy ones need strong smoothing first, which
 melts coarse ones; thin parts need strong samples that reach far. ``best`` lets two race and
-has the one that comes closer finish; figures in ``docs/performance.md``.
+has the one that comes closer finish; far from the reference a third starts stretched over it.
+Figures are in ``docs/performance.md``.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ class Candidate:
     Attributes:
         name: what reports call it.
         options: the settings.
+        stretched: whether its first round starts with the source stretched over the reference.
     """
 
     name: str
     options: SurfaceOptions
+    stretched: bool = False
 
     @property
     def heat(self) -> int:
@@ -35,7 +38,7 @@ class Candidate:
 
 
 def candidates(options: Options) -> list[Candidate]:
-    """List the variations to try, the most often best first.
+    """List the variations there are, the most often best first.
 
     The caller's schedule is extended, never replaced: each variation solves the
     caller's rounds among its own.
@@ -46,18 +49,17 @@ def candidates(options: Options) -> list[Candidate]:
     finished = base.fairness + _FINISHING
     later = len(_SMOOTHING)
     from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}
+    smoothing = _with(
+        base,
+        fairness=_SMOOTHING + finished,
+        fairness_knee=_SMOOTHING[0],
+        faces_from=base.faces_from + later,
+        **from_afar,
+    )
     return [
-        Candidate(
-            "smoothing",
-            _with(
-                base,
-                fairness=_SMOOTHING + finished,
-                fairness_knee=_SMOOTHING[0],
-                faces_from=base.faces_from + later,
-                **from_afar,
-            ),
-        ),
+        Candidate("smoothing", smoothing),
         Candidate("pulling", _with(base, fairness=finished, **from_afar)),
+        Candidate("stretching", smoothing, stretched=True),
     ]
 
 

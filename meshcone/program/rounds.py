@@ -6,13 +6,14 @@ import time
 from dataclasses import replace
 
 from meshcone.deadline import require_time
-from meshcone.options import Options
+from meshcone.options import ConeOptions, Options
 from meshcone.program.answer import RefinedPositions
 from meshcone.program.attempt import Attempt, Countdown, RoundCallback
 from meshcone.program.confirm import confirm_optimum
-from meshcone.program.effort import candidates
+from meshcone.program.effort import Candidate, candidates
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution, finish_by_scs
+from meshcone.program.stretching import LARGEST, stretched
 from meshcone.program.surface_problem import SurfaceProblems
 from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
@@ -21,6 +22,8 @@ from meshcone.surface.arrays import Floats
 _SCORING_SAMPLES = 4000
 # Settings this close after the race finish both: the last rounds may turn them around.
 _CLOSE_RACE = 1.1
+# From this mean distance on, in the reference's radius, the source is stretched as well.
+_FAR = 0.06
 
 
 class SurfaceRefiner:
@@ -43,9 +46,14 @@ class SurfaceRefiner:
         """
         if not self._options.surface.fairness:
             return RefinedPositions(self._source.vertices, [], None)
-        tried = candidates(self._options)
+        every = candidates(self._options)
+        tried = [candidate for candidate in every if not candidate.stretched]
+        attempts = [self._attempt(candidate) for candidate in tried]
+        harm = self._harm_check(attempts[0])
+        if self._is_far(harm):
+            far = [candidate for candidate in every if candidate.stretched]
+            tried, attempts = tried + far, attempts + [self._attempt(c) for c in far]
         count = Countdown(on_round, sum(len(c.options.fairness) for c in tried))
-        attempts = [Attempt(c.name, self._problems.problem(c), self._options.solver) for c in tried]
         ahead = self._ahead(attempts, [c.heat for c in tried], count)
         for attempt in ahead:
             attempt.complete(count)
@@ -53,7 +61,36 @@ class SurfaceRefiner:
                 attempt.let_go()
         if len(ahead) > 1:
             ahead = self._by_score(ahead)
-        return self._first_harmless([*ahead, *(a for a in attempts if a not in ahead)], count)
+        ranked = [*ahead, *(attempt for attempt in attempts if attempt not in ahead)]
+        if not self._guarded:
+            return self._confirmed(ranked[0], ranked[0].complete(count).solution)
+        return self._first_harmless(ranked, harm, count)
+
+    def _harm_check(self, attempt: Attempt) -> HarmCheck:
+        return HarmCheck(
+            self._source,
+            self._problems.reference,
+            self._problems.prepared.tree,
+            self._options.quality.intersection_pairs,
+            # Where the input is where no answer may be, every answer may be farther away.
+            distances=not attempt.request.strays(self._source),
+        )
+
+    def _is_far(self, harm: HarmCheck) -> bool:
+        """Tell whether the source is so far away that closest points mislead it.
+
+        What a caller asks of the answer is asked of the source; stretched it is another mesh.
+        """
+        free = self._options.cones == ConeOptions() and self._problems.start is None
+        small = len(self._source.vertices) <= LARGEST
+        return free and small and harm.input_distance > _FAR
+
+    def _attempt(self, candidate: Candidate) -> Attempt:
+        problem = self._problems.problem(candidate)
+        if candidate.stretched:
+            start = stretched(self._source, problem.reference, problem.structure)
+            problem = replace(problem, start=start)
+        return Attempt(candidate.name, problem, self._options.solver)
 
     def _ahead(self, attempts: list[Attempt], heats: list[int], count: Countdown) -> list[Attempt]:
         """Solve the rounds of the race, and return the attempts close enough to the best."""
@@ -73,38 +110,58 @@ class SurfaceRefiner:
     def _by_score(self, attempts: list[Attempt]) -> list[Attempt]:
         return sorted(attempts, key=lambda attempt: self._score(attempt.positions))
 
-    def _first_harmless(self, attempts: list[Attempt], count: Countdown) -> RefinedPositions:
+    def _first_harmless(
+        self, attempts: list[Attempt], harm: HarmCheck, count: Countdown
+    ) -> RefinedPositions:
         """Confirm the first answer that nothing speaks against; else keep the input."""
-        if not self._guarded:
-            return self._confirmed(attempts[0], attempts[0].complete(count).solution)
-        reasons: tuple[str, ...] = ()
-        harm = HarmCheck(
-            self._source,
-            self._problems.reference,
-            self._problems.prepared.tree,
-            self._options.quality.intersection_pairs,
-            distances=not self._has_to_leave(attempts[0]),
-        )
+        reasons: list[str] = []
         for attempt in attempts:
-            require_time()
-            solution = attempt.complete(count).solution
-            found = harm.objections(solution.positions)
-            if not found:
-                answer = self._confirmed(attempt, solution)
-                # SCS may have gone on from where the dual method's budget was spent.
-                found = [] if solution.converged else harm.objections(answer.positions)
-                if not found:
-                    return answer
-            attempt.let_go()
-            reasons = reasons or tuple(found)
+            answer, objections = self._if_harmless(attempt, harm, count)
+            if answer is not None:
+                return answer
+            reasons = reasons or objections
+        for attempt in attempts:
+            answer = self._earlier(attempt, harm)
+            if answer is not None:
+                return answer
         best = attempts[0]
         return RefinedPositions(
-            self._source.vertices, best.records, None, best.name, kept_because=reasons
+            self._source.vertices, best.records, None, best.name, kept_because=tuple(reasons)
         )
 
-    def _has_to_leave(self, attempt: Attempt) -> bool:
-        """Whether the input is where no answer may be: then every answer may be farther away."""
-        return attempt.request.strays(self._source)
+    def _if_harmless(
+        self, attempt: Attempt, harm: HarmCheck, count: Countdown
+    ) -> tuple[RefinedPositions | None, list[str]]:
+        """Complete an attempt; confirm its answer, or say what speaks against it."""
+        require_time()
+        solution = attempt.complete(count).solution
+        found = harm.objections(solution.positions)
+        if not found:
+            answer = self._confirmed(attempt, solution)
+            # SCS may have gone on from where the dual method's budget was spent.
+            found = [] if solution.converged else harm.objections(answer.positions)
+            if not found:
+                return answer, []
+        attempt.let_go()
+        return None, found
+
+    def _earlier(self, attempt: Attempt, harm: HarmCheck) -> RefinedPositions | None:
+        """Confirm the last round of an attempt whose answer nothing speaks against.
+
+        The last rounds smooth least: faces may pass through each other there that did not
+        before, for little more closeness. An answer that is farther away at its end has no
+        better round; the first round is none of a start elsewhere.
+        """
+        assert attempt.finish is not None  # noqa: S101 - asked of completed attempts only
+        if not harm.comes_closer(attempt.finish.solution.positions):
+            return None
+        silent = Countdown(None, 0)
+        again, last = attempt.shortened(len(attempt.records)), 0
+        for rounds in range(2, len(attempt.records)):
+            again.advance(rounds, silent)
+            if not harm.objections(again.positions):
+                last = rounds
+        return self._if_harmless(attempt.shortened(last), harm, silent)[0] if last else None
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""

@@ -71,6 +71,15 @@ class HarmCheck:
         self._weights = barycentric_weights(drawn.points, source, drawn.faces)
         self._input = self._distances(source)
 
+    @property
+    def input_distance(self) -> float:
+        """The mean distance of the input from the reference, both ways, in its radius."""
+        return self._input.mean
+
+    def comes_closer(self, positions: Floats) -> bool:
+        """Tell whether the mean distance of the source at (n, 3) positions is the smaller one."""
+        return self._distances(self._source.moved_to(positions)).mean < self._input.mean
+
     def objections(self, positions: Floats) -> list[str]:
         """Say in what the source at (n, 3) positions is worse than the source, a clause each."""
         mesh = self._source.moved_to(positions)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import meshcone
@@ -12,6 +13,7 @@ from meshcone.certificate.checks import Check, Verification
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.verbs.replay import verify_by_replay
+from tests import shapes
 from tests.unit.certificate.forging import Forgery
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import CAPPED, rough, smooth
@@ -43,6 +45,18 @@ def test_a_refinement_is_replayed_byte_for_byte(options: dict[str, Any]) -> None
     assert verification.ok, str(verification)
     assert "every round was solved again" in str(verification)
     assert "not replayed" not in str(verification)
+
+
+def test_a_start_that_was_stretched_is_replayed() -> None:
+    vertices, faces = shapes.sphere(3)
+    lengthened = shapes.obj(vertices * np.array([1.0, 0.2, 0.2]), faces)
+    reference = MeshFile("lengthened.obj", lengthened)
+
+    found = Evidence.of(MeshFile("ball.obj", shapes.obj(vertices, faces)), reference, {})
+
+    assert found.report.solver.candidate == "stretching"
+    assert found.report.outcome == "improved"
+    assert replayed(found).ok
 
 
 def test_a_file_under_another_name_is_replayed(honest: Evidence) -> None:
