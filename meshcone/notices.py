@@ -82,6 +82,10 @@ class Code(StrEnum):
         "material libraries that the file names and that were not sent",
     )
     TEXTURES_MISSING = "textures.missing", "images that the file names and that were not sent"
+    CONTENT_MALFORMED = (
+        "content.malformed",
+        "parts of the file that say nothing of its surface and are read as if they were absent",
+    )
     PIECES_COUNT = "pieces.count", "source and reference are in different numbers of pieces"
 
     EDGES_NON_MANIFOLD = "edges.non_manifold", "edges where more than two faces meet"

@@ -15,6 +15,7 @@ from meshcone.errors import InputError
 from meshcone.gates.fitting import require_known
 from meshcone.gates.levels import LevelRules
 from meshcone.gates.paths import known_values
+from meshcone.gates.profile import profile
 from meshcone.gates.rules import GateRule, GateTable
 from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean, first_cause, in_words
@@ -116,6 +117,19 @@ def parse_gate_file(name: str, data: bytes, mode: Mode, base: GateFile | None = 
         InputError: it cannot be read, or names what does not exist.
     """
     return parse_gates(read_document(name, data), mode, name, base)
+
+
+def profile_gates(name: str, mode: Mode) -> GateFile:
+    """The gates of a profile.
+
+    Args:
+        name: of the profile.
+        mode: what the gates are for; see :func:`meshcone.gates.fitting.require_known`.
+
+    Raises:
+        InputError: there is no such profile.
+    """
+    return parse_gate_file(f"{name}.toml", profile(name), mode)
 
 
 def parse_gates(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from meshcone.errors import ArgumentError, InputError
-from meshcone.gates.files import parse_gate_file, parse_gates
+from meshcone.gates.files import GateFile, parse_gate_file, parse_gates, profile_gates
 from meshcone.gates.levels import level_of
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from meshcone.library.keywords import OptionKeywords, options_from, plain
@@ -156,6 +156,7 @@ def gate(
     reference: MeshLike,
     *,
     gates: Gates | None = None,
+    profile: str | None = None,
     refine: bool = False,
     name: str | None = None,
     **options: Unpack[OptionKeywords],
@@ -166,8 +167,10 @@ def gate(
         source: a mesh in any form that :func:`refine` takes.
         reference: the mesh it should be, likewise.
         gates: path of a gate file; or its content as a mapping; or only the bounds:
-            ``{"point_to_surface.max": {"max": 0.01}}``. It can be left out where ``keep`` says
-            what the source must still have of the reference.
+            ``{"point_to_surface.max": {"max": 0.01}}``. It can be left out where ``profile`` or
+            ``keep`` says what to hold it against.
+        profile: gates for a common use, by its name: ``"web"``, ``"mobile"`` and those that
+            ``meshcone gate --help`` lists. ``gates`` replace those of the same name.
         refine: gate what refining ``source`` leads to, not ``source`` itself.
         name: what the classes of a gate file know the asset by; by default, the path or file
             name of ``source``.
@@ -190,12 +193,16 @@ def gate(
     asset = load_unread(source, "source")
     if name is None:
         name = asset.name if asset.path is None else as_text(asset.path.as_posix())
+    chosen = None if profile is None else profile_gates(profile, mode)
     if gates is not None:
-        table = _gate_file(gates, mode).for_asset(name, level_of(name))
+        chosen = _gate_file(gates, mode, chosen)
+    if chosen is not None:
+        table = chosen.for_asset(name, level_of(name))
         resolved = resolved.model_copy(update={"gates": dict(table)})
     elif not resolved.keep:
         raise ArgumentError(
-            "'gates' is missing, and so is 'keep': there is nothing to hold it against"
+            "'gates' is missing, and so are 'profile' and 'keep': there is nothing to hold it "
+            "against"
         )
     held = load_unread(reference, "reference")
     if refine:
@@ -203,16 +210,17 @@ def gate(
     return Verdict(_measured(asset, held, resolved))
 
 
-def _gate_file(gates: Gates, mode: Mode) -> Any:
+def _gate_file(gates: Gates, mode: Mode, base: GateFile | None) -> GateFile:
     if isinstance(gates, str | os.PathLike):
         path = Path(gates)
-        return parse_gate_file(path.name, read_bytes(path), mode)
+        return parse_gate_file(path.name, read_bytes(path), mode, base)
     if not isinstance(gates, Mapping):
         kind = type(gates).__name__
         raise ArgumentError(f"'gates' must be a path or a mapping, found a value of type {kind}")
     # No value of a report has such a name.
     is_file = bool(gates.keys() & {"gates", "classes"})
-    return parse_gates(plain(gates if is_file else {"gates": gates}), mode)
+    document = plain(gates if is_file else {"gates": gates})
+    return parse_gates(document, mode, base=base)
 
 
 def verify(

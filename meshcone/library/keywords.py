@@ -13,7 +13,7 @@ from meshcone.options import Mode, Options, parse_options
 class OptionKeywords(TypedDict, total=False):
     """The options of ``docs/options.md``; those with a dot there are entries of a mapping."""
 
-    keep: Sequence[Kept]
+    keep: Kept | Sequence[Kept]
     preset: Literal["default", "paper"]
     formulation: Literal["surface", "centroid"]
     effort: Literal["fast", "best"]

@@ -49,7 +49,11 @@ class Options(Section):
     gates: dict[str, GateRule] = Field(
         {}, description="bounds on values of the report, by their names; see gates"
     )
-    keep: Annotated[tuple[Kept, ...], Field(max_length=len(get_args(Kept)))] = Field(
+    keep: Annotated[
+        tuple[Kept, ...],
+        Field(max_length=len(get_args(Kept))),
+        BeforeValidator(lambda given: given.split(",") if isinstance(given, str) else given),
+    ] = Field(
         (),
         description="what of its reference the source must still have, as further gates: uvs, "
         "materials, textures, animations, hierarchy, normals, or all of them; see gates",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from meshcone.assets.content import Fault
 from meshcone.auditing.records import AssetAudit
 from meshcone.notices import Code, Notice, Side, Told, WarningRecord
 
@@ -15,6 +16,7 @@ NOT_AUDITED = Told(
     [],
     frozenset(
         {
+            Code.CONTENT_MALFORMED,
             Code.MATERIALS_LIBRARY_MISSING,
             Code.MATERIALS_UNDEFINED,
             Code.NORMALS_AGAINST_WINDING,
@@ -24,15 +26,29 @@ NOT_AUDITED = Told(
 )
 
 
-def asset_warnings(side: Side, file: str, audit: AssetAudit | None) -> list[WarningRecord]:
-    """Say which materials, libraries and images of a file are not there, and what is turned.
+def asset_warnings(
+    side: Side, file: str, audit: AssetAudit, faults: Sequence[Fault]
+) -> list[WarningRecord]:
+    """Say which materials, libraries and images of a file are not there, and what is wrong in it.
 
     Args:
         side: whose file it is.
         file: its name.
-        audit: what was found of it; None where nobody looked.
+        audit: what was found of it.
+        faults: what is malformed in it.
     """
-    return [] if audit is None else [each.about(side, file) for each in _notices(audit)]
+    notices = [*_notices(audit), *_malformed(faults)]
+    return [each.about(side, file) for each in notices]
+
+
+def _malformed(faults: Sequence[Fault]) -> Iterator[Notice]:
+    if not faults:
+        return
+    told = [f"{each.place or 'the file'}: {each.words}" for each in faults[:_NAMED]]
+    what = "a part of it is" if len(faults) == 1 else f"{len(faults):,} parts of it are"
+    more = "; …" if len(faults) > _NAMED else ""
+    words = f"{what} malformed and read as if absent ({'; '.join(told)}{more})"
+    yield Notice(Code.CONTENT_MALFORMED, words, where=faults[0].place)
 
 
 def _notices(audit: AssetAudit) -> Iterator[Notice]:

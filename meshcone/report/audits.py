@@ -10,7 +10,7 @@ from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records import AssetAudit, Changes
 from meshcone.auditing.subject import Seen
 from meshcone.files import MeshFile
-from meshcone.notices import Told
+from meshcone.notices import Side, Told, WarningRecord
 from meshcone.options import Options
 from meshcone.quality.records import Validity
 from meshcone.report.asset_checks import asset_warnings
@@ -75,9 +75,14 @@ def audited(
         reference=None if reference is None else audit(reference),
         refined=None if refined is None else audit(refined),
     )
-    told = asset_warnings("source", source.file.name, asset.source)
+    told = _told("source", source, asset.source)
     if reference is None:
         return Findings(asset, None, Told(told))
-    told += asset_warnings("reference", reference.file.name, asset.reference)
+    assert asset.reference is not None  # noqa: S101 - it was audited above
+    told += _told("reference", reference, asset.reference)
     changes = changes_between(reference.asset, source.asset)
     return Findings(asset, changes, Told(told))
+
+
+def _told(side: Side, mesh: Audited, found: AssetAudit) -> list[WarningRecord]:
+    return asset_warnings(side, mesh.file.name, found, mesh.asset.content().faults)

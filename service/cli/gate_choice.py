@@ -67,15 +67,14 @@ class GateChoice:
             InputError: a file or a profile cannot be used.
         """
         from meshcone.gates.auditor import gates_of_schema
-        from meshcone.gates.files import parse_gate_file, parse_gates
+        from meshcone.gates.files import parse_gate_file, parse_gates, profile_gates
         from meshcone.gates.keep import keep_gates
-        from meshcone.gates.profile import profile
 
         if self.product is not None and self.schema is None:
             raise InputError("--product is for a --schema")
         found = None
         if self.profile is not None:
-            found = parse_gate_file(f"{self.profile}.toml", profile(self.profile), mode)
+            found = profile_gates(self.profile, mode)
         if self.schema is not None:
             product = None if self.product is None else _named(self.product)
             schema = gates_of_schema(_named(self.schema), product, mode)

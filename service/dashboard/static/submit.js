@@ -33,7 +33,8 @@ function show() {
   for (const [place, files] of Object.entries(chosen.resources)) {
     document.querySelector(`[data-resources=${place}]`).replaceChildren(...files.map((file) => tag(file, place)));
   }
-  byId("send").disabled = !(chosen.source && chosen.reference);
+  byId("send").disabled = chosen.source === null;
+  byId("send").textContent = chosen.source && !chosen.reference ? "Audit the source alone" : "Start the job";
 }
 
 /** Take files that came together; the side they were dropped on or chosen for, if any, decides. */
@@ -78,7 +79,9 @@ function post(form, onProgress) {
 async function send() {
   const form = new FormData();
   const wanted = options?.value() ?? {};
+  if (chosen.reference === null) wanted.mode = "audit"; // what the button says; the only mode that needs no reference
   for (const side of SIDES) {
+    if (chosen[side] === null) continue;
     form.append(side, chosen[side].file);
     for (const file of chosen.resources[side]) form.append(`${side}_resources`, file);
   }

@@ -101,6 +101,20 @@ def test_options_are_asked_for_as_the_schema_describes_them(
     assert "solver" not in job.options  # as sent: what was left alone is not in it
 
 
+def test_a_file_alone_is_audited(page: Page, client: Client, ball: MeshFile) -> None:
+    page.goto("/")
+    expect(page.get_by_role("button", name="Start the job")).to_be_disabled()
+    page.get_by_test_id("source-input").set_input_files(
+        {"name": "alone.obj", "mimeType": "", "buffer": ball.data}
+    )
+    page.get_by_label("Label").first.fill("audited alone")
+    page.get_by_role("button", name="Audit the source alone").click()
+    expect(page.get_by_role("link", name="Watch this job")).to_be_visible()
+
+    [listed] = client.jobs(label="audited alone").jobs
+    assert (listed.mode, listed.reference) == ("audit", None)
+
+
 def test_a_file_that_is_no_mesh_is_refused_in_words(
     browser: Browser, stack: Stack, ball: MeshFile
 ) -> None:

@@ -7,6 +7,7 @@ import pickle
 import re
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
@@ -259,5 +260,36 @@ def test_an_audit_takes_any_mesh_with_or_without_a_reference() -> None:
 
 def test_a_verdict_can_be_about_what_is_kept_alone() -> None:
     assert meshcone.gate(smooth(), smooth(), keep=["materials"]).passed
-    with pytest.raises(ArgumentError, match="'gates' is missing, and so is 'keep'"):
+    with pytest.raises(ArgumentError, match="'gates' is missing, and so are 'profile' and 'keep'"):
         meshcone.gate(smooth(), smooth())
+
+
+@pytest.mark.parametrize("names", ["all", "materials,uvs", ("materials", "uvs")])
+def test_what_is_kept_can_be_one_text(names: Any) -> None:
+    verdict = meshcone.gate(smooth(), smooth(), keep=names)
+
+    assert verdict.passed
+    assert "changes.lost.materials" in [check.key for check in verdict.checks]
+
+
+def test_what_is_kept_is_something_that_can_be() -> None:
+    wrong: Any = "material"
+    with pytest.raises(InputError, match="option 'keep"):
+        meshcone.gate(smooth(), smooth(), keep=wrong)
+
+
+def test_a_verdict_can_be_about_a_profile_and_gates_that_replace_some_of_it() -> None:
+    key = "asset.budget.triangles"
+    plain = meshcone.gate(smooth(), smooth(), profile="web")
+    strict = meshcone.gate(smooth(), smooth(), profile="web", gates={key: {"max": 3}})
+
+    assert [check.allowed for check in plain.checks if check.key == key] == [100_000]
+    assert [(check.allowed, check.status) for check in strict.checks if check.key == key] == [
+        (3, "fail")
+    ]
+    assert len(strict.checks) == len(plain.checks)
+
+
+def test_a_profile_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(InputError, match="unknown profile 'wep'; did you mean 'web'"):
+        meshcone.gate(smooth(), smooth(), profile="wep")

@@ -11,6 +11,7 @@ from meshcone.verbs.audit import audit
 from meshcone.verbs.measure import measure
 from meshcone.verbs.refine import refine
 from tests import shapes
+from tests.whole_asset import whole
 
 BALL = shapes.obj(*shapes.sphere(2))
 RED = b"mtllib ball.mtl\nusemtl red\n" + BALL
@@ -55,6 +56,31 @@ def test_an_image_that_was_not_sent_is_told() -> None:
 def test_what_is_all_there_draws_no_warning() -> None:
     assert alone(MeshFile("ball.obj", RED, {"ball.mtl": LIBRARY})) == []
     assert alone(MeshFile("ball.obj", BALL)) == []
+
+
+def test_a_malformed_part_that_readers_tolerate_is_told_with_its_place() -> None:
+    library = LIBRARY + b"Ks one two three\nKd 0 0\n"
+
+    [found] = alone(MeshFile("ball.obj", RED, {"ball.mtl": library}))
+
+    assert (found.code, found.where) == ("content.malformed", "ball.mtl, statement 4")
+    assert "malformed and read as if absent" in found.words
+
+
+def test_malformed_parts_of_a_gltf_fail_a_gate_on_warnings() -> None:
+    document = whole()
+    document.json["animations"][0]["channels"][0]["sampler"] = 7
+    document.json["cameras"] = [3]
+    asset = MeshFile("whole.gltf", document.to_bytes())
+    options = parse_options({"mode": "audit", "gates": {"warnings.content": {"max": 0}}})
+
+    report = audit(asset, None, options)
+
+    [found] = [each for each in report.warnings if each.code == "content.malformed"]
+    assert "2 parts of it are malformed" in found.words
+    assert "/cameras/0" in found.words
+    assert report.gates is not None
+    assert report.gates.verdict == "fail"
 
 
 def test_each_side_is_told_apart() -> None:
