@@ -10,7 +10,17 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from meshcone.options import Mode
 from service.problems import Problem, problem_of
-from worker.jobs.records import JobFile, JobProgress, JobRecord, JobState, RemoteFile, Verdict
+from worker.jobs.records import (
+    JobFile,
+    JobProgress,
+    JobRecord,
+    JobState,
+    Output,
+    OutputName,
+    OutputState,
+    RemoteFile,
+    Verdict,
+)
 from worker.jobs.summaries import JobSummary
 from worker.outbound.addresses import URL_LENGTH
 
@@ -81,6 +91,27 @@ FileByName = Annotated[
 ]
 
 
+class OutputPlace(BaseModel):
+    """Where a result is to be put."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    url: str = Field(
+        pattern=r"^(https?|s3)://",
+        max_length=URL_LENGTH,
+        description="an https:// URL of a public address that takes a PUT, such as a presigned "
+        "one, or s3://bucket/key of a bucket where this installation puts results",
+    )
+    authorization: str | None = Field(
+        default=None,
+        max_length=100,
+        description="the name of a secret of this installation to send as the header Authorization",
+    )
+
+
+OutputPlaces = dict[OutputName, OutputPlace]
+
+
 class JobRequest(BaseModel):
     """A job whose files were sent before or are somewhere else."""
 
@@ -104,6 +135,34 @@ class JobRequest(BaseModel):
     resources: tuple[FileByName, ...] = Field(default=(), description="files that both name")
     labels: tuple[str, ...] = Field(default=(), description="names to find the job by")
     webhook: str | None = Field(default=None, description="where to say that the job has ended")
+    outputs: OutputPlaces = Field(
+        default_factory=dict, description="where to put what the job makes, by name"
+    )
+
+
+class JobOutput(BaseModel):
+    """A result that is to be put somewhere, and what has become of that."""
+
+    url: str = Field(description="where to, without the query")
+    state: OutputState = Field(
+        description="waiting for the job's success or for another try; delivered; given_up; or "
+        "absent, because the job has made no such file"
+    )
+    tries: int
+    detail: str | None = Field(default=None, description="why it is not there, if it is not")
+    finished: datetime | None = Field(default=None, description="when its state became final")
+
+    @classmethod
+    def of(cls, output: Output, state: JobState) -> JobOutput:
+        """The public part of an output of a job in a state."""
+        is_absent = state in ("failed", "canceled")
+        return cls(
+            url=output.url.partition("?")[0],
+            state="absent" if is_absent else output.state,
+            tries=output.tries,
+            detail=f"the job {state}" if is_absent else output.detail,
+            finished=output.finished,
+        )
 
 
 class SentFile(BaseModel):
@@ -199,6 +258,9 @@ class ListedJob(BaseModel):
     error: Problem | None = Field(description="why it failed")
     verdict: Verdict | None = Field(description="what the gates say, once it has succeeded")
     summary: JobSummary | None = Field(description="what the report says, in short")
+    outputs: dict[OutputName, JobOutput] = Field(
+        default_factory=dict, description="results that are to be put somewhere, by name"
+    )
     links: JobLinks
 
     @classmethod
@@ -243,6 +305,9 @@ class ListedJob(BaseModel):
             error=problem_of(record.error) if record.error else None,
             verdict=record.verdict,
             summary=record.summary,
+            outputs={
+                name: JobOutput.of(output, record.state) for name, output in record.outputs.items()
+            },
             links=_links(record),
         )
 

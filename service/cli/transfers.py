@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def command() -> None:
-    """Fetch the files that jobs name by URL.
+    """Fetch the files that jobs name by URL, and put results where jobs want them.
 
     Broker and file store come from MESHCONE_* variables.
     """

@@ -14,6 +14,7 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests.integration.file_server import FileServer, file_server
+from tests.integration.waiting import wait_for
 from worker.settings import WorkerSettings
 
 MEASURE = {"mode": "measure", "quality": {"samples": 256, "emd_samples": 64}}
@@ -47,7 +48,7 @@ def sent(stack: Stack, document: dict[str, Any]) -> dict[str, Any]:
     return job
 
 
-def test_a_pair_is_measured_from_where_it_is(
+def test_a_pair_is_measured_from_where_it_is_and_its_report_put_where_it_is_wanted(
     fetching: Stack, server: FileServer, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
     source = server.has("/a/rough.obj", rough_ball.data) + "?signature=3f9a"
@@ -62,11 +63,16 @@ def test_a_pair_is_measured_from_where_it_is(
             },
             "options": MEASURE,
             "labels": ["nightly"],
+            "outputs": {"report": {"url": server.has("/out/report.json", b"") + "?signature=9d0c"}},
         },
     )
 
     with Client(fetching.url) as client:
         report = client.report(job["id"])
+        wait_for(lambda: client.job(job["id"]).outputs["report"].state == "delivered")
+        put = server.seen[-1]
+        assert (put.method, put.body) == ("PUT", client.report_bytes(job["id"]))
+        assert client.job(job["id"]).outputs["report"].url == f"{server.url}/out/report.json"
     assert job["state"] == "succeeded"
     assert job["source"]["url"] == f"{server.url}/a/rough.obj"
     assert job["source"]["sha256"] == hashlib.sha256(rough_ball.data).hexdigest()

@@ -19,6 +19,7 @@ class Answer:
         length: the Content-Length to claim; by default the right one, none if negative.
         endless: whether the body is sent again and again until nobody listens.
         pause: seconds before each sending of the body.
+        delay: seconds before anything is answered.
     """
 
     body: bytes = b""
@@ -27,6 +28,7 @@ class Answer:
     length: int | None = None
     endless: bool = False
     pause: float = 0.0
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,7 @@ def file_server() -> Iterator[FileServer]:
             headers = {name.lower(): value for name, value in self.headers.items()}
             server.seen.append(Seen(self.command, self.path, headers, body))
             answer = server.answer_to(self.path)
+            time.sleep(answer.delay)
             self.send_response(answer.status)
             for name, value in answer.headers.items():
                 self.send_header(name, value)
@@ -93,8 +96,8 @@ def file_server() -> Iterator[FileServer]:
             if length >= 0 and not answer.endless:
                 self.send_header("Content-Length", str(length))
             self.send_header("Connection", "close")
-            self.end_headers()
             with suppress(OSError):  # nobody listens any more
+                self.end_headers()
                 _send(self.wfile.write, answer)
             self.close_connection = True
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -17,6 +15,7 @@ from redis import Redis
 
 from tests.integration.file_server import Answer, FileServer, file_server
 from tests.integration.jobs import make_job
+from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
@@ -70,29 +69,10 @@ def server() -> Iterator[FileServer]:
 
 
 @pytest.fixture
-def transfer(settings: WorkerSettings, tmp_path: Path) -> Transfer:
+def transfer(settings: WorkerSettings) -> Transfer:
     """Runs the process while a block is worked through."""
 
-    @contextmanager
-    def run(**more: str) -> Iterator[subprocess.Popen[bytes]]:
-        environment = {
-            **os.environ,
-            "MESHCONE_REDIS_URL": settings.required_redis_url(),
-            "MESHCONE_DATA_DIR": str(tmp_path),
-            "MESHCONE_TRANSFER_PRIVATE_ADDRESSES": "true",
-            "MESHCONE_FETCH_FIRST_DELAY": "0.05",
-            **more,
-        }
-        command = [sys.executable, "-m", "service.cli", "transfers"]
-        with (tmp_path / "transfers.log").open("ab") as log:
-            process = subprocess.Popen(command, env=environment, stderr=log)
-        try:
-            yield process
-        finally:
-            process.terminate()
-            assert process.wait(10) in (0, -signal.SIGKILL)
-
-    return run
+    return partial(transferring, settings)
 
 
 def remote_job(ledger: Ledger, source: str | RemoteFile, **more: object) -> JobRecord:

@@ -36,6 +36,7 @@ from worker.jobs.records import (
     JobProgress,
     JobRecord,
     JobState,
+    Output,
     Verdict,
 )
 from worker.jobs.summaries import JobSummary
@@ -96,6 +97,7 @@ class Ledger:
         self._create = client.register_script(scripts.CREATE)
         self._transition = client.register_script(scripts.TRANSITION)
         self._fetched = client.register_script(scripts.FETCHED)
+        self._note_output = client.register_script(scripts.NOTE_OUTPUT)
         self._progress = client.register_script(scripts.PROGRESS)
         self._cancel = client.register_script(scripts.CANCEL)
         self._expire = client.register_script(scripts.EXPIRE)
@@ -299,6 +301,22 @@ class Ledger:
     def is_cancel_requested(self, job_id: str) -> bool:
         """Whether the attempt of a job is asked to stop."""
         return bool(self._client.hexists(job_keys(job_id)[0], "cancel_requested"))
+
+    def note_output(self, job_id: str, name: str, output: Output) -> None:
+        """Note what has become of a result that is to be put somewhere.
+
+        Raises:
+            UnknownJobError: there is no such job.
+            TransitionRefusedError: it has no outputs.
+        """
+        step: dict[str, Any] = {
+            "id": job_id,
+            "name": name,
+            "output": output.model_dump(mode="json", exclude_none=True),
+        }
+        if output.state != "waiting":
+            step["outcome"] = output.state
+        _accept(job_id, *self._run(self._note_output, job_id, step))
 
     def expire(self, job_id: str) -> None:
         """Let go of all files of a job that has ended; its record stays. Repeatable.

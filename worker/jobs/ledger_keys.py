@@ -11,6 +11,9 @@
     meshcone:fetches            sorted set: queued jobs some of whose files are still to be fetched,
                                 by the time at which that is to be tried; see worker.transfers
     meshcone:fetches:tries      hash: how often it was tried, by the job's id
+    meshcone:outputs            sorted set: results to be put somewhere, as ID/artifact, by the
+                                time at which that is to be tried; see worker.transfers
+    meshcone:outputs:tries      hash: how often it was tried
     meshcone:blobs:…            see worker.storage.register
     meshcone:idempotency:HASH   see worker.jobs.idempotency
 
@@ -23,6 +26,8 @@ ALL_JOBS = "meshcone:index:all"
 COUNTERS = "meshcone:counters"
 WEBHOOKS = "meshcone:webhooks"
 FETCHES = "meshcone:fetches"
+DELIVERIES = "meshcone:outputs"
+DELIVERY_TRIES = "meshcone:outputs:tries"
 FETCH_TRIES = "meshcone:fetches:tries"
 BLOB_REFERENCES = "meshcone:blobs:references"
 BLOB_LEASES = "meshcone:blobs:leases"

@@ -65,9 +65,19 @@ local function move(old, new)
   redis.call('HINCRBY', '{keys.COUNTERS}', 'transitions:' .. old .. ':' .. new, 1)
 end
 {outbox.WRITE}
+-- What is to be put somewhere is due from the step on that has made it.
+local function write_outputs(state)
+  local outputs = state == 'succeeded' and redis.call('HGET', job, 'outputs')
+  if not outputs then return end
+  for name in pairs(cjson.decode(outputs)) do
+    redis.call('ZADD', '{keys.DELIVERIES}', string.format('%.6f', now()), step.id .. '/' .. name)
+  end
+end
+
 local function announce(state, attempt)
   note('state', cjson.encode({{state=state, attempt=attempt}}))
   write_webhook(state, attempt)
+  write_outputs(state)
 end
 
 {NEED}
@@ -187,6 +197,27 @@ if state ~= 'queued' or not is_incomplete() then return {{{REFUSED}, state, atte
 set(step.fields)
 hold(step.digests)
 end_fetching()
+return {{{ACCEPTED}, state, attempt}}
+"""
+)
+
+NOTE_OUTPUT = (
+    _PRELUDE
+    + f"""
+-- step: id, name, output; outcome, if it has ended
+local state, attempt = found()
+local outputs = redis.call('HGET', job, 'outputs')
+if state == '' or not outputs then return {{{REFUSED}, state, attempt}} end
+local all = cjson.decode(outputs)
+all[step.name] = step.output
+set({{outputs=cjson.encode(all)}})
+if step.outcome then
+  local delivery = step.id .. '/' .. step.name
+  if redis.call('ZREM', '{keys.DELIVERIES}', delivery) == 1 then
+    redis.call('HINCRBY', '{keys.COUNTERS}', 'outputs:' .. step.outcome, 1)
+  end
+  redis.call('HDEL', '{keys.DELIVERY_TRIES}', delivery)
+end
 return {{{ACCEPTED}, state, attempt}}
 """
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict
@@ -75,6 +75,45 @@ class Artifact(_Frozen):
     size: int
 
 
+OutputName = Literal[
+    "mesh", "report", "certificate", "preview", "heatmap", "pictures", "diagnostics_csv"
+]
+"""What a job can be asked to put somewhere: its artifacts, by name."""
+
+OutputState = Literal["waiting", "delivered", "given_up", "absent"]
+"""What can become of an output; ``absent`` is what the job has not made."""
+
+
+class Output(_Frozen):
+    """Where a sender wants a result to be put, and what has become of that.
+
+    Attributes:
+        url: where to; what follows a question mark there may be a secret.
+        authorization: the name of the installation's secret to show there.
+        tries: how often it was tried.
+        detail: why it is not there, if it is not.
+        finished: when its state became final.
+    """
+
+    url: str
+    authorization: str | None = None
+    state: OutputState = "waiting"
+    tries: int = 0
+    detail: str | None = None
+    finished: datetime | None = None
+
+    def ended(self, state: OutputState, detail: str | None) -> Output:
+        """The same output in its last state, without what only a try needs to know."""
+        return self.model_copy(
+            update={
+                "url": self.url.partition("?")[0],
+                "state": state,
+                "detail": detail,
+                "finished": datetime.now(UTC),
+            }
+        )
+
+
 class JobProgress(_Frozen):
     """How far a job has come; see :class:`meshcone.progress.Progress`.
 
@@ -140,6 +179,7 @@ class JobRecord(_Frozen):
         needs_newer_worker: when a worker first left it to one that knows newer options, if it
             still waits for one.
         webhook: where to say that it has ended.
+        outputs: where to put what it makes once it has succeeded, by the artifact's name.
         owner: id of the API key it was sent with; None if it was sent without.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
@@ -171,6 +211,7 @@ class JobRecord(_Frozen):
     options_version: int = 0
     needs_newer_worker: datetime | None = None
     webhook: str | None = None
+    outputs: dict[OutputName, Output] = {}
     owner: str | None = None
     context: dict[str, str] = {}
     progress: JobProgress | None = None

@@ -94,6 +94,7 @@ class DueList:
     """
 
     def __init__(self, client: Redis, times: str, tries: str) -> None:
+        self._client = client
         self._keys = (times, tries)
         self._take = client.register_script(_TAKE)
         self._postpone = client.register_script(_POSTPONE)
@@ -108,6 +109,13 @@ class DueList:
     async def postpone(self, name: str, seconds: float) -> None:
         """Have a name due some seconds from now."""
         await self._postpone(keys=self._keys, args=[name, seconds])
+
+    async def forget(self, name: str) -> None:
+        """Have a name due no more."""
+        async with self._client.pipeline(transaction=True) as pipeline:
+            pipeline.zrem(self._keys[0], name)
+            pipeline.hdel(self._keys[1], name)
+            await pipeline.execute()
 
     async def give_back(self, name: str) -> None:
         """Have a name due now, as if it had not been taken."""

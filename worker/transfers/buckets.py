@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from datetime import timedelta
 from functools import lru_cache
 from typing import IO, TYPE_CHECKING
@@ -22,13 +23,16 @@ if TYPE_CHECKING:
 
     from worker.transfers.budget import Budget
 
+_PART = 5 * 1024 * 1024  # bytes; the least that S3 takes as a part
 _PIECE = 256 * 1024  # bytes
 # What fails is tried again by whoever asked, after longer pauses.
 _RETRIES: RetryConfig = {"max_retries": 1, "retry_timeout": timedelta(seconds=20)}
 
 
 class Buckets:
-    """Fetches objects below some prefixes, with the credentials of the S3 client's own variables.
+    """Fetches and puts objects below some prefixes.
+
+    Credentials are those of the S3 client's own variables.
 
     Args:
         allowed: the prefixes, such as ``s3://bucket/incoming``.
@@ -39,7 +43,7 @@ class Buckets:
 
     async def fetch(self, url: str, into: IO[bytes], budget: Budget) -> None:
         """Write an object into a file; raises what :meth:`worker.transfers.web.Web.fetch` does."""
-        prefix, key = object_of(url, "the URL", self._allowed)
+        prefix, key = object_of(url, "the URL", self._allowed, "MESHCONE_FETCH_BUCKETS")
         where = host_of(url)
         try:
             found = await obstore.get_async(_store(prefix), key)
@@ -53,6 +57,32 @@ class Buckets:
             raise InputError(f"{where} does not let this installation read the object") from None
         except ObstoreError as error:
             raise PassingError(f"{where} cannot be read: {type(error).__name__}") from None
+
+    async def put(self, url: str, content: IO[bytes], media_type: str) -> None:
+        """Make a file an object, in place of any that is there.
+
+        Raises:
+            InputError: it may not be put there. A
+                :class:`~worker.transfers.errors.PassingError` if that may change by itself.
+        """
+        prefix, key = object_of(url, "the URL", self._allowed, "MESHCONE_OUTPUT_BUCKETS")
+        where = host_of(url)
+        size = content.seek(0, os.SEEK_END)
+        content.seek(0)
+        try:
+            await obstore.put_async(
+                _store(prefix),
+                key,
+                content,
+                attributes={"Content-Type": media_type},
+                use_multipart=size > _PART,
+                chunk_size=_PART,
+                max_concurrency=1,  # by default 12 parts are held at one time
+            )
+        except (PermissionDeniedError, UnauthenticatedError):
+            raise InputError(f"{where} does not let this installation put the object") from None
+        except (ObstoreError, FileNotFoundError) as error:
+            raise PassingError(f"{where} cannot be written: {type(error).__name__}") from None
 
 
 @lru_cache(maxsize=64)

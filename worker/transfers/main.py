@@ -1,4 +1,4 @@
-"""The process that fetches files."""
+"""The process that fetches files and puts results."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from worker.jobs.queue import JobQueue
 from worker.logs import configure_logging
 from worker.storage.blobs import BlobStore
 from worker.storage.register import BlobRegister
+from worker.transfers.delivering import Delivering
 from worker.transfers.fetching import Fetching
 from worker.transfers.settings import TransferSettings
 from worker.transfers.sources import Sources
 
 
 def main() -> None:
-    """Fetch until SIGTERM or SIGINT; what is in hand is left to the next process.
+    """Work until SIGTERM or SIGINT; files that are being fetched are left to the next process.
 
     Raises:
         InputError: the environment's settings cannot be used.
@@ -31,15 +32,22 @@ def main() -> None:
 async def _transfer(settings: TransferSettings, url: str) -> None:
     with connect_text(url) as text, connect_bytes(url) as plain:
         register = BlobRegister(text)
+        ledger, blobs = Ledger(text), BlobStore.open(settings, register)
         async with connect_async(url) as client:
             fetching = Fetching(
                 client,
                 settings,
-                ledger=Ledger(text),
+                ledger=ledger,
                 queue=JobQueue(settings, plain),
-                sources=Sources(settings, BlobStore.open(settings, register), register),
+                sources=Sources(settings, blobs, register),
             )
+            delivering = Delivering(client, settings, ledger=ledger, blobs=blobs)
             loop = asyncio.get_running_loop()
             for number in (signal.SIGTERM, signal.SIGINT):
-                loop.add_signal_handler(number, fetching.stop)
-            await fetching.run()
+                loop.add_signal_handler(number, _stop, fetching, delivering)
+            await asyncio.gather(fetching.run(), delivering.run())
+
+
+def _stop(fetching: Fetching, delivering: Delivering) -> None:
+    fetching.stop()
+    delivering.stop()

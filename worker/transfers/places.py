@@ -1,4 +1,4 @@
-"""Where files may be fetched from: what a job may name, whatever it asks for."""
+"""Where files may come from and go to: what a job may name, whatever it asks for."""
 
 from __future__ import annotations
 
@@ -36,7 +36,23 @@ def require_source(
             shown the secret.
     """
     if is_in_bucket(url):
-        object_of(url, what, settings.fetch_buckets)
+        object_of(url, what, settings.fetch_buckets, "MESHCONE_FETCH_BUCKETS")
+    _require_place(url, what, settings, authorization)
+
+
+def require_target(
+    url: str, what: str, settings: TransferSettings, authorization: str | None = None
+) -> None:
+    """Refuse a URL at which this installation would put nothing; as :func:`require_source` does."""
+    if is_in_bucket(url):
+        object_of(url, what, settings.output_buckets, "MESHCONE_OUTPUT_BUCKETS")
+    _require_place(url, what, settings, authorization)
+
+
+def _require_place(
+    url: str, what: str, settings: TransferSettings, authorization: str | None
+) -> None:
+    if is_in_bucket(url):
         if authorization is not None:
             raise InputError(f"{what} is in a bucket, which takes no 'authorization'")
         return
@@ -62,8 +78,14 @@ def secret_for(url: str, name: str, settings: TransferSettings) -> str:
     return found.value
 
 
-def object_of(url: str, what: str, allowed: Sequence[str]) -> tuple[str, str]:
+def object_of(url: str, what: str, allowed: Sequence[str], setting: str) -> tuple[str, str]:
     """The allowed prefix that an object is below, and the rest of its key.
+
+    Args:
+        url: of the object.
+        what: what to call it in messages.
+        allowed: the prefixes.
+        setting: that has them.
 
     Raises:
         InputError: it is below none, or its key is no plain path.
@@ -76,9 +98,7 @@ def object_of(url: str, what: str, allowed: Sequence[str]) -> tuple[str, str]:
     for prefix in allowed:
         if url.startswith(f"{prefix}/"):
             return prefix, url.removeprefix(f"{prefix}/")
-    raise InputError(
-        f"{what} is in no bucket that this installation fetches from (MESHCONE_FETCH_BUCKETS)"
-    )
+    raise InputError(f"{what} is in no bucket that this installation lets jobs use ({setting})")
 
 
 def last_name(url: str) -> str:

@@ -1,4 +1,4 @@
-"""What an operator can set of files that are fetched."""
+"""What an operator can set of files that are fetched, and of results that are put."""
 
 from __future__ import annotations
 
@@ -50,7 +50,9 @@ Prefixes = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_listed), AfterV
 
 
 class TransferSettings(WorkerSettings):
-    """Settings of whoever accepts or fetches files from elsewhere, from ``MESHCONE_*`` variables.
+    """Settings of whoever accepts jobs with files elsewhere, or moves these.
+
+    They come from ``MESHCONE_*`` variables.
 
     Workers do without them: what solves a stranger's mesh is to hold no secret.
     """
@@ -74,10 +76,28 @@ class TransferSettings(WorkerSettings):
         le=3600,
         description="seconds before files are tried again; each pause is three times the last",
     )
+    output_seconds: float = Field(
+        default=120, gt=0, le=3600, description="seconds one try to put a result may take"
+    )
+    output_attempts: int = Field(
+        default=7, ge=1, le=12, description="times a result is put before that is given up"
+    )
+    output_first_delay: float = Field(
+        default=5,
+        gt=0,
+        le=3600,
+        description="seconds before a result is put again; each pause is six times the last",
+    )
+    output_buckets: Prefixes = Field(
+        default=(),
+        description="where jobs may have results put in buckets, as s3://bucket or "
+        "s3://bucket/prefix, with commas between; nowhere by default",
+    )
     transfer_private_addresses: bool = Field(
         default=False,
-        description="fetch files from addresses that are not public, and by http, as tests and "
-        "closed networks need; whoever may submit jobs can then read what this machine reaches",
+        description="fetch files from, and put results to, addresses that are not public, and by "
+        "http, as tests and closed networks need; whoever may submit jobs can then read what this "
+        "machine reaches",
     )
     transfer_authorizations: Annotated[
         Mapping[str, Authorization], NoDecode, BeforeValidator(_from_json)

@@ -1,10 +1,12 @@
-"""Files of servers that speak HTTP."""
+"""Files at servers that speak HTTP."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import contextmanager
 from http import HTTPStatus
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, NoReturn
 from urllib.parse import urljoin, urlsplit
 
 import httpcore2
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 REDIRECTS = 5  # followed at most, one after the other
 
+_PIECE = 256 * 1024  # bytes
 _TIMEOUTS = {"connect": 10.0, "read": 30.0, "write": 30.0}  # seconds of silence
 _MOVED = frozenset({301, 302, 303, 307, 308})
 _PASSING = frozenset({408, 421, 425, 429})  # and all that are the server's own fault
@@ -27,13 +30,13 @@ _ADVICE = {
     401: "name a secret of this installation as 'authorization', or give a presigned URL",
     403: "name a secret of this installation as 'authorization', or give a presigned URL that is "
     "still valid",
-    404: "there is no such file; look at the URL",
-    410: "the file is gone; look at the URL",
+    404: "there is nothing there; look at the URL",
+    410: "it is gone; look at the URL",
 }
 
 
 class Web:
-    """Fetches files; each connection is made to an address that was checked for it.
+    """Fetches and puts files; each connection is made to an address that was checked for it.
 
     Args:
         private_addresses: whether addresses that are not public, and http, are allowed.
@@ -89,24 +92,62 @@ class Web:
         request = self._pool.stream(
             "GET", url, headers=list(headers.items()), extensions={"timeout": _TIMEOUTS}
         )
-        try:
+        with _plainly(url, "did not send the whole file"):
             async with request as answer:
                 found = {name.decode().lower(): value for name, value in answer.headers}
                 if answer.status in _MOVED:
                     return _target(url, found)
                 _require_file(url, answer.status)
                 await _receive(answer, found, into, budget)
-        except RefusedAddressError:
-            raise InputError(f"{host_of(url)} has an address that is not a public one") from None
-        except httpcore2.TimeoutException:
-            raise PassingError(f"{host_of(url)} did not answer in time") from None
-        except httpcore2.NetworkError as error:
-            raise PassingError(f"{host_of(url)} cannot be reached: {_words(error)}") from None
-        except httpcore2.ProtocolError as error:
-            raise PassingError(
-                f"{host_of(url)} did not send the whole file: {_words(error)}"
-            ) from None
         return None
+
+    async def put(self, url: str, content: IO[bytes], media_type: str, secret: str | None) -> None:
+        """Send a file by ``PUT``, as a presigned URL of an object store takes it.
+
+        A redirect is not followed.
+
+        Raises:
+            InputError: the server does not take it. A
+                :class:`~worker.transfers.errors.PassingError` if that may change by itself.
+        """
+        size = content.seek(0, os.SEEK_END)
+        content.seek(0)
+        headers = {
+            "content-type": media_type,
+            "content-length": str(size),
+            "user-agent": "meshcone",
+            "connection": "close",
+            **({} if secret is None else {"authorization": secret}),
+        }
+        request = self._pool.stream(
+            "PUT",
+            url,
+            headers=list(headers.items()),
+            content=_pieces(content),
+            extensions={"timeout": _TIMEOUTS},
+        )
+        with _plainly(url, "did not take the whole file"):
+            async with request as answer:
+                _require_taken(url, answer.status)
+
+
+@contextmanager
+def _plainly(url: str, unfinished: str) -> Iterator[None]:
+    try:
+        yield
+    except RefusedAddressError:
+        raise InputError(f"{host_of(url)} has an address that is not a public one") from None
+    except httpcore2.TimeoutException:
+        raise PassingError(f"{host_of(url)} did not answer in time") from None
+    except httpcore2.NetworkError as error:
+        raise PassingError(f"{host_of(url)} cannot be reached: {_words(error)}") from None
+    except httpcore2.ProtocolError as error:
+        raise PassingError(f"{host_of(url)} {unfinished}: {_words(error)}") from None
+
+
+async def _pieces(content: IO[bytes]) -> AsyncIterator[bytes]:
+    while piece := content.read(_PIECE):
+        yield piece
 
 
 async def _receive(
@@ -135,9 +176,16 @@ def _target(url: str, headers: Mapping[str, bytes]) -> str:
 
 
 def _require_file(url: str, status: int) -> None:
-    if status == HTTPStatus.OK:
-        return
-    said = f"{host_of(url)} answered {status} where 200 and the file were expected"
+    if status != HTTPStatus.OK:
+        _refuse(f"{host_of(url)} answered {status} where 200 and the file were expected", status)
+
+
+def _require_taken(url: str, status: int) -> None:
+    if not 200 <= status < 300:
+        _refuse(f"{host_of(url)} answered {status} to the PUT of a result", status)
+
+
+def _refuse(said: str, status: int) -> NoReturn:
     if status in _PASSING or status >= HTTPStatus.INTERNAL_SERVER_ERROR:
         raise PassingError(said)
     advice = _ADVICE.get(status)

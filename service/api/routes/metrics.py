@@ -24,8 +24,8 @@ from prometheus_client.registry import Collector
 from meshcone.errors import ErrorKind
 from service.api.context import ContextDependency
 from service.api.routing import HeadRouter
-from worker.jobs.ledger_keys import WEBHOOKS
-from worker.jobs.records import JobState
+from worker.jobs.ledger_keys import DELIVERIES, FETCHES, WEBHOOKS
+from worker.jobs.records import JobState, OutputState
 from worker.jobs.tallies import (
     ITERATIONS,
     ROUNDS,
@@ -107,6 +107,16 @@ class LedgerCollector(Collector):
             ("outcome",),
             {(outcome,): counters.get(f"webhooks:{outcome}", 0) for outcome in outcomes},
         )
+        yield _by_label(
+            "meshcone_outputs",
+            "Results to be put somewhere, by what became of them.",
+            ("outcome",),
+            {
+                (outcome,): counters.get(f"outputs:{outcome}", 0)
+                for outcome in get_args(OutputState)
+                if outcome != "waiting"
+            },
+        )
         yield from _of_the_work(counters)
 
     def _present(self) -> Iterable[Metric]:
@@ -135,6 +145,16 @@ class LedgerCollector(Collector):
             value=self._context.queue.worker_count(),
         )
         client = self._context.redis
+        yield GaugeMetricFamily(
+            "meshcone_fetches_pending",
+            "Queued jobs some of whose files are still to be fetched.",
+            value=client.zcard(FETCHES),
+        )
+        yield GaugeMetricFamily(
+            "meshcone_outputs_pending",
+            "Results not put where they are to be yet, those to be tried again among them.",
+            value=client.zcard(DELIVERIES),
+        )
         yield GaugeMetricFamily(
             "meshcone_webhooks_pending",
             "Webhooks not delivered yet, those to be tried again among them.",

@@ -21,6 +21,8 @@ from service.api.submission.parts import (
 )
 from service.settings import ServiceSettings
 
+# Of a file, which may be either of two things, the names of our classes say nothing.
+_UNTOLD = ("NamedBlob", "LinkedFile", "[key]")
 DOCUMENT_BYTES = 1024 * 1024  # all of it is held in memory; a URL has up to 2 KB
 
 
@@ -54,6 +56,7 @@ def submission_in(document: Any, settings: ServiceSettings) -> SubmittedForm:
         options=job.options,
         labels=job.labels,
         webhook=job.webhook,
+        outputs=job.outputs,
         settings=settings,
     )
 
@@ -86,8 +89,7 @@ def _length(options: dict[str, Any]) -> int:
 
 def _words(error: ValidationError) -> str:
     cause = first_cause(error)
-    # Of a file, which may be either of two things, the names of our classes say nothing.
-    path = ".".join(str(part) for part in cause["loc"] if part not in ("NamedBlob", "LinkedFile"))
+    path = ".".join(str(part) for part in cause["loc"] if part not in _UNTOLD)
     if cause["type"] == "extra_forbidden":
         known = ", ".join(JobRequest.model_fields)
         if len(cause["loc"]) == 1:

@@ -65,6 +65,18 @@ SUBMISSION_FORM: dict[str, Any] = {
                             "maxItems": MAX_LABELS,
                             "description": "names to find the job by, a field each",
                         },
+                        "outputs": {
+                            "type": "string",
+                            "contentMediaType": "application/json",
+                            "contentSchema": {
+                                "type": "object",
+                                "additionalProperties": {
+                                    "$ref": "#/components/schemas/OutputPlace"
+                                },
+                            },
+                            "description": "where to put what the job makes: "
+                            '{"mesh": {"url": "https://…"}}',
+                        },
                         "webhook": {
                             "type": "string",
                             "format": "uri",

@@ -11,11 +11,11 @@ from meshcone.errors import InputError, LimitError
 from meshcone.gates.fitting import require_known
 from meshcone.options import Options, parse_options
 from meshcone.relative_names import inside
-from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob
+from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
 from service.settings import ServiceSettings
-from worker.jobs.records import RemoteFile
+from worker.jobs.records import Output, OutputName, RemoteFile
 from worker.outbound.addresses import require_url
-from worker.transfers.places import last_name, require_source
+from worker.transfers.places import last_name, require_source, require_target
 
 RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
 NAME_LENGTH = 255  # characters; what common file systems allow
@@ -49,6 +49,7 @@ class SubmittedForm:
     options_as_sent: dict[str, Any]
     labels: tuple[str, ...]
     webhook: str | None
+    outputs: Mapping[OutputName, Output]
 
 
 def submission_of(
@@ -59,6 +60,7 @@ def submission_of(
     options: Mapping[str, Any],
     labels: Iterable[str],
     webhook: str | None,
+    outputs: Mapping[OutputName, OutputPlace],
     settings: ServiceSettings,
 ) -> SubmittedForm:
     """A submission of these parts, if they can be used together.
@@ -70,6 +72,7 @@ def submission_of(
         options: as they were sent.
         labels: as they were sent.
         webhook: as it was sent.
+        outputs: where to put what is made.
         settings: how much is accepted, and from where.
 
     Raises:
@@ -97,6 +100,7 @@ def submission_of(
         options_as_sent=sent,
         labels=_labels(labels),
         webhook=_webhook(webhook, settings),
+        outputs={name: _output(name, place, settings) for name, place in outputs.items()},
     )
 
 
@@ -198,6 +202,11 @@ def _webhook(sent: str | None, settings: ServiceSettings) -> str | None:
     if not sent:
         return None
     return require_url(sent, "the webhook", private_addresses=settings.webhook_private_addresses)
+
+
+def _output(name: str, place: OutputPlace, settings: ServiceSettings) -> Output:
+    require_target(place.url, f"the URL of output '{name}'", settings, place.authorization)
+    return Output(url=place.url, authorization=place.authorization)
 
 
 def _labels(sent: Iterable[str]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -24,7 +24,15 @@ from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import KeyReusedError, QueueFullError, UnknownJobError
-from worker.jobs.records import JobFile, JobProgress, JobRecord, RemoteFile, StoredFile
+from worker.jobs.records import (
+    JobFile,
+    JobProgress,
+    JobRecord,
+    Output,
+    OutputName,
+    RemoteFile,
+    StoredFile,
+)
 from worker.storage.blobs import BlobStore, digest_of
 from worker.storage.errors import DamagedFileError
 
@@ -90,6 +98,7 @@ class Submission:
     options_as_sent: dict[str, Any]
     labels: tuple[str, ...]
     webhook: str | None
+    outputs: Mapping[OutputName, Output]
 
     @property
     def files(self) -> tuple[IncomingFile, ...]:
@@ -121,6 +130,8 @@ class Submission:
             "labels": self.labels,
             "webhook": self.webhook,
         }
+        if self.outputs:
+            document["outputs"] = {name: each.url for name, each in self.outputs.items()}
         if self.reference is None:
             document["alone"] = True
         # Left out where empty: a key that was bound before there were sides still fits.
@@ -153,6 +164,7 @@ def gather(form: SubmittedForm, context: Context) -> Submission:
         options_as_sent=form.options_as_sent,
         labels=form.labels,
         webhook=form.webhook,
+        outputs=form.outputs,
     )
 
 
@@ -236,6 +248,7 @@ def accept(
         options=submission.options_as_sent,
         options_version=OPTIONS_VERSION,
         webhook=submission.webhook,
+        outputs=dict(submission.outputs),
         owner=sender.owner,
         context=sender.context,
     )

@@ -13,7 +13,8 @@ from starlette.exceptions import HTTPException
 
 from meshcone.errors import InputError, LimitError
 from meshcone.options import read_options_json
-from service.api.schemas import FileByName
+from meshcone.suggestions import first_cause, in_words
+from service.api.schemas import FileByName, OutputPlaces
 from service.api.submission.document import read_document
 from service.api.submission.parts import (
     MAX_LABELS,
@@ -30,8 +31,9 @@ from service.api.submission.parts import (
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
 
-FIELDS = ("source", "reference", "options", *RESOURCE_FIELDS, "label", "webhook")
+FIELDS = ("source", "reference", "options", *RESOURCE_FIELDS, "label", "webhook", "outputs")
 _MESHES_AND_OPTIONS = 3  # any of them as a file or as a plain field
+_OUTPUTS: TypeAdapter[OutputPlaces] = TypeAdapter(OutputPlaces)
 _FILE_BY_NAME: TypeAdapter[FileByName] = TypeAdapter(FileByName)
 
 
@@ -71,7 +73,7 @@ async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData
     try:
         return await request.form(
             max_files=settings.max_resources + _MESHES_AND_OPTIONS,
-            max_fields=settings.max_resources + _MESHES_AND_OPTIONS + MAX_LABELS + 1,
+            max_fields=settings.max_resources + _MESHES_AND_OPTIONS + MAX_LABELS + 2,
             max_part_size=OPTIONS_BYTES,
         )
     except HTTPException as error:
@@ -99,6 +101,7 @@ async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
         options=await _options(form),
         labels=_labels(form),
         webhook=_webhook(form),
+        outputs=_outputs(form),
         settings=settings,
     )
 
@@ -147,6 +150,18 @@ def _labels(form: FormData) -> tuple[str, ...]:
             raise InputError("form field 'label' must be plain text, found a file")
         labels.append(value)
     return tuple(labels)
+
+
+def _outputs(form: FormData) -> OutputPlaces:
+    value = _single(form, "outputs")
+    if value is None or value == "":
+        return {}
+    try:
+        return _OUTPUTS.validate_json(value if isinstance(value, str) else b"")
+    except ValidationError as error:
+        cause = first_cause(error)
+        path = "".join(f".{part}" for part in cause["loc"] if part != "[key]")
+        raise InputError(f"form field 'outputs{path}': {in_words(cause)}") from None
 
 
 def _webhook(form: FormData) -> str | None:

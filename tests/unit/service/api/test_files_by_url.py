@@ -19,6 +19,7 @@ from worker.transfers.settings import Authorization
 
 SETTINGS = ServiceSettings(
     fetch_buckets=("s3://incoming", "s3://shared/meshes"),
+    output_buckets=("s3://results",),
     transfer_authorizations={"cdn": Authorization(host="assets.example.org", value="Bearer 3f9a")},
 )
 MUG = {"url": "https://assets.example.org/mug.glb"}
@@ -149,6 +150,34 @@ def test_a_document_that_cannot_be_used_is_explained(document: Any, said: str) -
     assert said in error.message
 
 
+def test_outputs_are_named_like_what_a_job_makes() -> None:
+    places = {"mesh": MUG, "report": {"url": "s3://results/mug.json"}}
+
+    form = submission_in({"source": MUG, "reference": MUG, "outputs": places}, SETTINGS)
+
+    assert {name: output.url for name, output in form.outputs.items()} == {
+        "mesh": MUG["url"],
+        "report": "s3://results/mug.json",
+    }
+
+
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        ({"mash": MUG}, "field 'outputs.mash': input should be 'mesh'"),
+        ({"mesh": {"uri": "x"}}, "unknown field 'outputs.mesh.uri'"),
+        ({"mesh": {"url": "s3://incoming/mug.glb"}}, "MESHCONE_OUTPUT_BUCKETS"),
+        ({"mesh": {"url": "http://example.org/mug.glb"}}, "the URL of output 'mesh' must be"),
+        ({"mesh": {"url": "https://127.0.0.1/mug.glb"}}, "not a public one"),
+        ({"mesh": {**MUG, "authorization": "cnd"}}, "no authorization 'cnd'"),
+    ],
+)
+def test_a_place_for_a_result_that_cannot_be_used_is_refused_at_once(
+    outputs: Any, said: str
+) -> None:
+    assert said in refused({"source": MUG, "reference": MUG, "outputs": outputs}).message
+
+
 def test_options_in_a_document_have_the_bound_of_those_in_a_form() -> None:
     options = {"gates": {"x" * 70_000: {"max": 1}}}
 
@@ -181,3 +210,22 @@ def test_a_form_takes_a_url_in_place_of_a_file(http: TestClient) -> None:
     answer = http.post("/v1/jobs", data=data, files=[("resources", ("a.bin", b"1"))])
 
     assert answer.status_code == 503, answer.text  # a sound form, and no broker to take it to
+
+
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        ("nope", "form field 'outputs'"),
+        ('{"mash": {"url": "https://a.org/b"}}', "form field 'outputs.mash'"),
+        ('{"mesh": {}}', "form field 'outputs.mesh.url': field required"),
+    ],
+)
+def test_outputs_of_a_form_that_cannot_be_used_are_explained(
+    http: TestClient, outputs: str, said: str
+) -> None:
+    data = {"source": json.dumps(MUG), "reference": json.dumps(MUG), "outputs": outputs}
+
+    answer = http.post("/v1/jobs", data=data, files=[("resources", ("a.bin", b"1"))])
+
+    assert answer.status_code == 422
+    assert said in answer.json()["detail"]
