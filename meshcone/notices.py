@@ -29,6 +29,10 @@ class Code(StrEnum):
     meaning: str
 
     SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
+    SURFACE_TESSELLATED = (
+        "surface.tessellated",
+        "curved surfaces that were divided into triangles, within a tolerance",
+    )
     SURFACE_INSIDE_OUT = "surface.inside_out", "a closed mesh whose faces are turned inwards"
     UNITS_FACTOR_10 = "units.factor_10", "one of the two is 10 times the size of the other"
     UNITS_FACTOR_100 = "units.factor_100", "one of the two is 100 times the size of the other"

@@ -72,6 +72,13 @@ class Pair:
         """Faces of source and reference that have corners at one place, and so no part here."""
         return self.source_asset.collapsed, self.reference_asset.collapsed
 
+    @property
+    def tolerance(self) -> float:
+        """How far the surfaces may lie from those that the files mean, relative to the radius."""
+        scale = 1.0 if self.alignment is None else scale_of(self.alignment.matrix)
+        found = scale * self.source_asset.tolerance + self.reference_asset.tolerance
+        return found / self.frame.radius
+
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
         here, there = self.in_model_units()
@@ -317,6 +324,7 @@ def describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:
         name=asset.name,
         format=asset.format,
         member=None if asset.packed is None else asset.packed.mesh.name,
+        tolerance=asset.tolerance or None,
         sha256=file.sha256,
         resources=file.resource_hashes,
         bytes=len(file.data),

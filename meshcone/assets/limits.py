@@ -38,6 +38,12 @@ class Limits(BaseSettings):
         ge=1,
         description="lines of a text format; numbers in rows of different lengths in a binary PLY",
     )
+    convert_seconds: int = Field(
+        60, ge=1, description="seconds of reading a STEP, 3MF or USD, in a process of its own"
+    )
+    convert_memory_bytes: int = Field(
+        2048 * _MIB, ge=512 * _MIB, description="memory of that process, its reader included"
+    )
     archive_files: int = Field(10_000, ge=1, description="files and folders in a ZIP archive")
     archive_ratio: int = Field(
         200,

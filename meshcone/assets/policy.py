@@ -28,6 +28,8 @@ class ReadPolicy:
         scene: which scene of a glTF is read, by name or index, or all of them; None for the one
             that viewers show.
         lod: which level of detail of a glTF is read, 0 for the finest.
+        chord: how far the triangles of a STEP may lie from its surfaces, in millimetres; None for
+            a share of its size.
         inherited: which of these were asked for of another file, so that this one need not
             have them.
     """
@@ -36,6 +38,7 @@ class ReadPolicy:
     member: str | None = None
     scene: str | int | None = None
     lod: int = 0
+    chord: float | None = None
     inherited: frozenset[str] = frozenset()
 
     @classmethod
@@ -54,7 +57,9 @@ class ReadPolicy:
         own = {name: getattr(apart, name) for name in ("member", "scene")}
         inherited = frozenset(name for name, value in own.items() if value is None)
         chosen = {name: getattr(options, name) for name in inherited}
-        return cls(options.pose, **{**own, **chosen}, lod=apart.lod, inherited=inherited)
+        return cls(
+            options.pose, **{**own, **chosen}, lod=apart.lod, chord=apart.chord, inherited=inherited
+        )
 
 
 @dataclass(frozen=True, eq=False)

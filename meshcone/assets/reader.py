@@ -7,8 +7,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import PurePosixPath
 
-from meshcone.assets.archive import is_archive, unpack
+from meshcone.assets.archive import is_archive, read_directory, unpack
+from meshcone.assets.archive.directory import Directory
 from meshcone.assets.base import Asset, naming
+from meshcone.assets.converted import SUFFIXES, read_converted, recognise_converted
+from meshcone.assets.converted.formats import Converted, recognise_package
 from meshcone.assets.foreign import read_foreign, recognise_foreign
 from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
@@ -19,8 +22,8 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
 
-_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP"
-_MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
+_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP, or a STEP or 3MF to compare with"
+_MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"}) | SUFFIXES
 _READABLE = _MESHES | {"", ".zip"}
 _DEFAULT = ReadPolicy()
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
@@ -64,24 +67,24 @@ def read_asset(
     with naming(name):
         total = len(data) + sum(map(len, resources.values()))
         limits.check("file_bytes", total, "bytes")
-        if is_archive(data):
-            return _read_archive(name, data, resources, limits, policy)
-        _require_archive(policy)
         file = MeshFile(name, data, resources)
+        if is_archive(data):
+            directory = read_directory(data, limits)
+            if recognise_package(directory) is None:
+                return _read_archive(file, directory, limits, policy)
+        _require_archive(policy)
         return _dispatch(file, limits, policy).read_from(file)
 
 
 def _read_archive(
-    name: str, data: bytes, resources: Mapping[str, bytes], limits: Limits, policy: ReadPolicy
+    file: MeshFile, directory: Directory, limits: Limits, policy: ReadPolicy
 ) -> Asset:
     required = "member" not in policy.inherited
-    packed = unpack(data, limits, _MESHES, policy.member, required=required)
-    mesh = replace(packed.mesh, resources={**resources, **packed.mesh.resources})
-    with naming(f"{name}/{mesh.name}"):
-        if is_archive(mesh.data):
-            raise InputError("this is an archive within an archive; expected the mesh itself")
+    packed = unpack(file.data, directory, _MESHES, policy.member, required=required)
+    mesh = replace(packed.mesh, resources={**file.resources, **packed.mesh.resources})
+    with naming(f"{file.name}/{mesh.name}"):
         asset = _dispatch(mesh, limits, policy)
-    asset.name = name
+    asset.name = file.name
     return asset.read_from(mesh, packed)
 
 
@@ -111,6 +114,8 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
     if start.startswith(b"{"):
         return read_gltf(name, data, resources, limits, policy)
     _require_choice(policy)
+    if converted := _converted(data, limits):
+        return read_converted(name, converted, data, limits, policy)
     suffix = _suffix(name)
     if foreign := recognise_foreign(suffix, data):
         return read_foreign(name, foreign, data, limits)
@@ -123,6 +128,15 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
     if suffix != ".obj" and not _OBJ_VERTEX.search(data):
         raise InputError(f"this is not a mesh file that is known here; expected {_ACCEPTED}")
     return read_obj(name, data, resources, limits)
+
+
+def _converted(data: bytes, limits: Limits) -> Converted | None:
+    if not is_archive(data):
+        return recognise_converted(data)
+    package = recognise_package(read_directory(data, limits))
+    if package is None:
+        raise InputError("this is an archive within an archive; expected the mesh itself")
+    return package
 
 
 def _suffix(name: str) -> str:

@@ -60,7 +60,8 @@ def _proven(surface: WrittenSurface, stored: Closeness) -> Bounds:
     bounds = []
     for name, here, there in (("extra", mesh, reference), ("missing", reference, mesh)):
         try:
-            bounds.append(check_leaves(here, there, getattr(stored, name)) + surface.seam)
+            bound = check_leaves(here, there, getattr(stored, name))
+            bounds.append(bound + surface.seam + surface.tolerance)
         except InputError as error:
             raise InputError(f"the record of '{name}' proves nothing: {error}") from None
     return Bounds(*bounds)
@@ -71,4 +72,5 @@ def _searched(surface: WrittenSurface, options: Options) -> Bounds:
     asked = Asked(chosen.width * Frame.of(surface.reference).radius, chosen.share, chosen.pieces)
     extra = directed_deviation(surface.mesh, surface.reference, asked).upper
     missing = directed_deviation(surface.reference, surface.mesh, asked).upper
-    return Bounds(extra + surface.seam, missing + surface.seam)
+    beyond = surface.seam + surface.tolerance
+    return Bounds(extra + beyond, missing + beyond)

@@ -50,11 +50,13 @@ class WrittenSurface:
         mesh: its vertices welded, in model units.
         seam: how far a vertex of the file is from the one it is welded into, at most.
         reference: the reference, in model units.
+        tolerance: how far the two may lie from the surfaces that are meant.
     """
 
     mesh: Mesh
     seam: float
     reference: Mesh
+    tolerance: float
 
     @staticmethod
     def of(pair: Pair, refined: bytes) -> WrittenSurface:
@@ -70,7 +72,10 @@ class WrittenSurface:
         _require_shut(pair.opened(written), min(2 * seam, _NO_AREA * pair.frame.radius))
         reference = pair.reference_asset
         return WrittenSurface(
-            pair.source.moved_to(positions), seam, Mesh(reference.vertices, reference.faces)
+            mesh=pair.source.moved_to(positions),
+            seam=seam,
+            reference=Mesh(reference.vertices, reference.faces),
+            tolerance=pair.tolerance * pair.frame.radius,
         )
 
 

@@ -57,10 +57,11 @@ def unit_for(named: str | None, *formats: str) -> Unit:
     Args:
         named: what a gate calls it, if it does.
         formats: of the files whose sizes count. Metres where one of them is a glTF, and a name
-            that is no length is then not taken; else what the gate calls it, or "units".
+            that is no length is then not taken; else what the gate calls it, or "units", but
+            millimetres where one of them is a STEP.
     """
     if not any(each in GLTF_FORMATS for each in formats):
-        return Unit(named or "units")
+        return Unit(named or ("mm" if "step" in formats else "units"))
     if named is None or named not in LENGTHS:
         return Unit("m")
     return Unit(named, LENGTHS[named])

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from meshcone.options.section import Index, Section
+from meshcone.options.section import Index, ModelLength, Section
 
 PartKey = Index | Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -30,6 +30,11 @@ class ReferenceOptions(Section):
         "read of the source, where this file has one of that name or index, or else its default",
     )
     lod: Level = Field(0, description="which level of detail of a glTF is the reference")
+    chord: ModelLength | None = Field(
+        None,
+        description="how far the triangles of a STEP may lie from its surfaces, in millimetres; "
+        "without it 0.05 % of half the diagonal of its largest part",
+    )
 
 
 class SelectOptions(Section):

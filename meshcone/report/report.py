@@ -44,6 +44,11 @@ class InputRecord(_Record):
     name: str
     format: str
     member: str | None = Field(None, description="path of the mesh in the archive that was sent")
+    tolerance: float | None = Field(
+        None,
+        description="how far the triangles may lie from the surfaces of a STEP, in model units; "
+        "every distance is uncertain by as much, and the proven intervals are wider by it",
+    )
     sha256: str
     resources: dict[str, str] = Field(
         default_factory=dict, description="SHA-256 of each file that was sent with it, by name"

@@ -123,12 +123,15 @@ class Scorer:
                 self._again,
             )
 
-    def deviation(self, frame: Frame, gates: GateTable) -> ProvenDeviation | None:
+    def deviation(
+        self, frame: Frame, gates: GateTable, tolerance: float = 0.0
+    ) -> ProvenDeviation | None:
         """Prove how far the mesh judged last and the reference go from each other.
 
         Args:
             frame: the frame the meshes are in.
             gates: in the unit of the files; the proof goes on until it has decided them.
+            tolerance: how far they may lie from the surfaces that are meant, in the frame.
 
         Returns:
             None where the options ask for no proof.
@@ -140,7 +143,13 @@ class Scorer:
         encloses = None if closed is None else partial(inside, reference=closed)
         with self._watch.stage("deviation"):
             return prove_deviation(
-                self._judged, self._reference, frame, self._options.deviation, bars, encloses
+                self._judged,
+                self._reference,
+                frame,
+                self._options.deviation,
+                bars,
+                encloses,
+                tolerance,
             )
 
     def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:

@@ -67,7 +67,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         )
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
-        proven = scorer.deviation(pair.frame, pair.gates(options))
+        proven = scorer.deviation(pair.frame, pair.gates(options), pair.tolerance)
         told = pair.warnings(quality.input.validity, quality.floor.validity)
         told += appearance_warnings(appearance, asked=options.quality.appearance)
     with watch.stage("audit"):

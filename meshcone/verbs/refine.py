@@ -125,7 +125,7 @@ def refine(
             pair.partitions(options.quality.per) if options.quality.per else None,
         )
         after = scorer.refined(pair.source.moved_to(written.positions))
-        proven = scorer.deviation(pair.frame, pair.gates(options))
+        proven = scorer.deviation(pair.frame, pair.gates(options), pair.tolerance)
         report = _report(sent, solution, scorer, options, written, after, proven)
     with watch.stage("audit"):
         if options.audit:

@@ -15,7 +15,7 @@ Source = Annotated[
     Path,
     typer.Argument(
         metavar="SOURCE",
-        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off, or a .zip with one.",
+        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off, a .zip with one, or .step or .3mf.",
         show_default=False,
     ),
 ]

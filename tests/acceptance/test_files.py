@@ -12,6 +12,7 @@ from meshcone.files import MeshFile
 from service.client import Client, ServiceError
 from tests import shapes
 from tests.archives import packed, unpacked
+from tests.cad import step_ball
 from tests.unit.assets.builders import Gltf, compress
 
 
@@ -97,3 +98,15 @@ def test_an_archive_of_several_meshes_is_refused_at_once_until_one_is_named(
     with pytest.raises(ServiceError, match=r"several meshes: 'a\.obj', 'b\.obj'"):
         client.submit(source, ball)
     assert client.submit(source, ball, {"mode": "measure", "member": "b.obj"}).id
+
+
+def test_a_scan_is_measured_against_a_step(client: Client) -> None:
+    scan = MeshFile("scan.obj", shapes.obj(*shapes.sphere(2, 20.0)))
+    options = {"mode": "measure", "of_reference": {"chord": 0.5}}
+
+    job = client.wait(client.submit(scan, MeshFile("b.step", step_ball(20.0)), options).id)
+
+    assert job.state == "succeeded"
+    assert client.report(job.id)["inputs"]["reference"]["tolerance"] == 0.5
+    with pytest.raises(ServiceError, match="a STEP file: it can be a reference"):
+        client.submit(MeshFile("b.step", step_ball(20.0)), scan)

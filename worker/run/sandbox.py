@@ -46,18 +46,25 @@ def confine(settings: WorkerSettings) -> None:
     guard_network(addresses_of(settings.required_redis_url()))
 
 
-def limit_resources(*, seconds: int, memory: int | None, file_bytes: int | None) -> None:
+def limit_resources(
+    *,
+    seconds: int,
+    memory: int | None,
+    file_bytes: int | None,
+    file_bytes_below: int | None = None,
+) -> None:
     """Bound what this process may use, have it leave no core file and gain no privileges.
 
     Args:
         seconds: of processor time; ``SIGXCPU`` comes then, and the end a little later.
         memory: bytes beyond those it holds already; None for no limit.
         file_bytes: size of any file it writes; None for no limit.
+        file_bytes_below: the same for programs it starts, if they may write larger ones.
     """
     _limit(resource.RLIMIT_CORE, 0)
     _limit(resource.RLIMIT_CPU, seconds, seconds + _CPU_GRACE)
     if file_bytes is not None:
-        _limit(resource.RLIMIT_FSIZE, file_bytes)
+        _limit(resource.RLIMIT_FSIZE, file_bytes, file_bytes_below)
     if memory is not None:
         # Private memory that can be written. Address space would be no measure: thread stacks
         # and arenas reserve far more of it than they use.

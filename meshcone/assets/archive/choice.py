@@ -7,9 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
-from meshcone.assets.archive.directory import Directory, content_of, read_directory
+from meshcone.assets.archive.directory import Directory, content_of
 from meshcone.assets.archive.rewriting import with_content
-from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.relative_names import inside
@@ -40,7 +39,7 @@ class Packed:
 
 def unpack(
     data: bytes,
-    limits: Limits,
+    directory: Directory,
     suffixes: Collection[str],
     member: str | None = None,
     *,
@@ -50,18 +49,15 @@ def unpack(
 
     Args:
         data: the archive.
-        limits: caps on sizes.
+        directory: what is in it.
         suffixes: how the names of meshes end.
         member: the path of the mesh; without one it has to be obvious: the only mesh, or the
             only one nearest to the archive's root.
         required: whether an archive without ``member`` is refused, rather than searched.
 
     Raises:
-        InputError: the archive is damaged or holds what it must not, or no file or more than one
-            can be meant.
-        LimitError: it is larger than ``limits`` accept.
+        InputError: a file in it is damaged, or none or more than one can be meant.
     """
-    directory = read_directory(data, limits)
     name = None if member is None else _named(directory, member, required=required)
     name = name or _obvious(directory, suffixes)
     contents = {each: content_of(data, entry) for each, entry in directory.files.items()}

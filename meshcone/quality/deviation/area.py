@@ -44,6 +44,7 @@ def area_beyond(
     width: float,
     most_pieces: int,
     hints: Hints | None = None,
+    uncertain: float = 0.0,
 ) -> AreaShare:
     """Bound the share of a mesh's area that lies farther than a tolerance from its reference.
 
@@ -55,11 +56,13 @@ def area_beyond(
         width: how wide the interval may stay where no bar is inside.
         most_pieces: how many may be made beyond the faces of the mesh.
         hints: what is known of the two already.
+        uncertain: how far the meshes may lie from the surfaces that are meant: what is within or
+            beyond the tolerance has to be so by as much.
 
     Raises:
         InputError: a mesh has no faces or a position that is not finite.
     """
-    search = _AreaSearch(Search(mesh, reference, hints), tolerance)
+    search = _AreaSearch(Search(mesh, reference, hints), tolerance, uncertain)
 
     def decided() -> bool:
         return share_decided(*search.share, bars, width)
@@ -78,11 +81,11 @@ def share_decided(lower: float, upper: float, bars: tuple[float, ...], width: fl
 class _AreaSearch:
     """Parts a mesh into what is within, what is beyond, and what is open."""
 
-    def __init__(self, search: Search, tolerance: float) -> None:
+    def __init__(self, search: Search, tolerance: float, uncertain: float) -> None:
         placed = search.placed
         self._search = search
-        self._within = tolerance / placed.unit - placed.rounding
-        self._outside = tolerance / placed.unit + placed.rounding
+        self._within = (tolerance - uncertain) / placed.unit - placed.rounding
+        self._outside = (tolerance + uncertain) / placed.unit + placed.rounding
         areas = _areas(placed.mesh.corners)
         self._total = float(areas.sum())
         self._beyond = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -51,6 +51,7 @@ def prove_deviation(
     chosen: DeviationOptions,
     bars: Bars,
     encloses: Encloses | None = None,
+    tolerance: float = 0.0,
 ) -> ProvenDeviation:
     """Bound how far either surface goes from the other.
 
@@ -63,10 +64,12 @@ def prove_deviation(
         chosen: how narrowly, and at what cost.
         bars: what the gates want to be told from it.
         encloses: which points of the frame a closed reference encloses.
+        tolerance: how far the meshes may lie from the surfaces that are meant. Every interval
+            is of those: wider by it at both ends.
     """
-    extra, search = _directed(surface, reference, _asked(chosen, bars.extra))
-    missing, _ = _directed(reference, surface, _asked(chosen, bars.missing))
-    sides = encloses and _by_side(search, encloses, chosen, frame)
+    extra, search = _directed(surface, reference, _asked(chosen, bars.extra), tolerance)
+    missing, _ = _directed(reference, surface, _asked(chosen, bars.missing), tolerance)
+    sides = encloses and _by_side(search, encloses, chosen, frame, tolerance)
     farther = max(extra, missing, key=lambda found: found.lower)
     upper = max(extra.upper, missing.upper)
     both = _asked(chosen, tuple(sorted({*bars.extra} & {*bars.missing})))
@@ -77,7 +80,8 @@ def prove_deviation(
             max=_record(farther, upper, frame, proven=both.answered_by(farther.lower, upper)),
             outside=sides and sides[0],
             inside=sides and sides[1],
-            area_beyond=bars.area and _area(surface, reference, frame, chosen, bars.area),
+            area_beyond=bars.area
+            and _area(surface, reference, frame, chosen, bars.area, tolerance),
         ),
         extra=extra.leaves,
         missing=missing.leaves,
@@ -89,9 +93,19 @@ def _asked(chosen: DeviationOptions, bars: tuple[float, ...]) -> Asked:
 
 
 def _directed(
-    surface: SampledSurface, target: SampledSurface, asked: Asked
+    surface: SampledSurface, target: SampledSurface, asked: Asked, tolerance: float
 ) -> tuple[Interval, Search]:
-    return searched_deviation(surface.mesh, target.mesh, asked, _hints(surface, target))
+    # What decides a bar of the wider interval decides both of these of the narrower one.
+    bars = {abs(bar + shift) for bar in asked.bars for shift in (-tolerance, tolerance)}
+    narrower = replace(asked, bars=tuple(sorted(bars)))
+    found, search = searched_deviation(surface.mesh, target.mesh, narrower, _hints(surface, target))
+    lower, upper = _widened(found.lower, found.upper, tolerance)
+    answered = asked.answered_by(lower, upper)
+    return replace(found, lower=lower, upper=upper, answered=answered), search
+
+
+def _widened(lower: float, upper: float, tolerance: float) -> tuple[float, float]:
+    return max(lower - tolerance, 0.0), upper + tolerance
 
 
 def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
@@ -102,13 +116,21 @@ def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
 
 
 def _by_side(
-    search: Search, encloses: Encloses, chosen: DeviationOptions, frame: Frame
+    search: Search, encloses: Encloses, chosen: DeviationOptions, frame: Frame, tolerance: float
 ) -> tuple[DistanceInterval, DistanceInterval]:
     made = search.pieces.count - search.pieces.faces
     most = min(chosen.pieces, made + _FOR_SIDES)
-    found = deviation_by_side(search, encloses, Asked(chosen.width, chosen.share, most))
-    outside, inside = (_side(each, frame) for each in found)
+    asked = Asked(chosen.width, chosen.share, most)
+    outside, inside = (
+        _side(_wider(each, asked, tolerance), frame)
+        for each in deviation_by_side(search, encloses, asked)
+    )
     return outside, inside
+
+
+def _wider(found: Side, asked: Asked, tolerance: float) -> Side:
+    lower, upper = _widened(found.lower, found.upper, tolerance)
+    return replace(found, lower=lower, upper=upper, answered=asked.answered_by(lower, upper))
 
 
 def _side(found: Side, frame: Frame) -> DistanceInterval:
@@ -139,6 +161,7 @@ def _area(
     frame: Frame,
     chosen: DeviationOptions,
     bars: AreaBars,
+    uncertain: float,
 ) -> AreaBeyond:
     extra, missing = (
         area_beyond(
@@ -149,6 +172,7 @@ def _area(
             chosen.share,
             chosen.pieces,
             _hints(mesh, other),
+            uncertain,
         )
         for mesh, other in ((surface, reference), (reference, surface))
     )

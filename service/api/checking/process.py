@@ -23,6 +23,8 @@ from meshcone.threads import use_one_thread
 from worker.lifeline import die_with_parent
 from worker.run.sandbox import guard_network, limit_resources
 
+SCRATCH_BYTES = 1 << 30  # of a file that a reader of design files writes and removes
+
 if TYPE_CHECKING:
     from meshcone.options import Options
 
@@ -74,7 +76,12 @@ def _become_child(
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.alarm(seconds)
         signal.signal(signal.SIGXCPU, _on_time_over)
-        limit_resources(seconds=processor_seconds, memory=memory, file_bytes=0)
+        limit_resources(
+            seconds=processor_seconds,
+            memory=memory,
+            file_bytes=0,
+            file_bytes_below=SCRATCH_BYTES,
+        )
         guard_network(())
         connection.sendall(json.dumps(_answer(_received(connection))).encode() + b"\n")
     finally:

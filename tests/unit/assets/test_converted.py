@@ -1,0 +1,127 @@
+"""Files of design programs, as references."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import Any
+
+import numpy as np
+import pytest
+
+from meshcone.assets import Limits, read_asset
+from meshcone.assets.policy import ReadPolicy
+from meshcone.errors import InputError, LimitError
+from meshcone.notices import Code
+from tests import shapes
+from tests.archives import packed
+from tests.cad import step_ball, three_mf
+
+TETRAHEDRON = (
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+)
+
+
+@pytest.mark.parametrize(("chord", "most"), [(None, 30_000), (0.5, 1_000)])
+def test_a_step_is_divided_within_the_chord_that_is_stated(chord: float | None, most: int) -> None:
+    asset = read_asset("ball.step", step_ball(20.0), policy=ReadPolicy(chord=chord))
+
+    corners = asset.vertices[asset.faces]
+    weights = np.random.default_rng(0).dirichlet(np.ones(3), size=(20, 1))
+    inside = np.linalg.norm((weights[..., None] * corners).sum(axis=-2), axis=-1)
+    assert asset.tolerance == pytest.approx(chord or 0.0158, rel=0.01)
+    assert np.abs(inside - 20).max() <= asset.tolerance
+    assert len(corners) <= most
+    [notice] = asset.warnings
+    assert notice.code == Code.SURFACE_TESSELLATED
+
+
+def test_a_step_is_in_millimetres_whatever_its_unit() -> None:
+    asset = read_asset("ball", step_ball(2.0, inches=True))
+
+    assert asset.format == "step"
+    assert np.linalg.norm(asset.vertices, axis=1).max() == pytest.approx(50.8, rel=1e-6)
+
+
+def test_a_3mf_is_read_where_its_items_put_its_objects() -> None:
+    place = "0 2 0 -2 0 0 0 0 2 10 20 30"  # twice the size, turned by 90 degrees about z
+
+    asset = read_asset("two.3mf", three_mf([TETRAHEDRON], [(1, None), (1, place)]))
+
+    there = np.array([[10, 20, 30], [10, 22, 30], [8, 20, 30], [10, 20, 32]])
+    assert (asset.format, asset.media_type) == ("3mf", "model/3mf")
+    assert np.allclose(asset.vertices, np.concatenate([TETRAHEDRON[0], there]))
+    assert asset.tolerance == 0
+    assert asset.parts("node")[1].tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("data", [step_ball(), three_mf([TETRAHEDRON], [(1, None)])])
+def test_what_was_converted_is_measured_and_not_refined(data: bytes) -> None:
+    with pytest.raises(InputError, match="it can be a reference, and be measured, but not refined"):
+        read_asset("part", data).ensure_writable()
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"ISO-10303-21;\nHEADER;", "a STEP file that cannot be read: it is damaged"),
+        (step_ball()[:-200], "a STEP file that cannot be read"),
+        (step_ball().replace(b"SPHERICAL", b"SPHERICLA"), "it holds no shape with a surface"),
+        (three_mf([], []), "a 3MF file that cannot be read: it holds no mesh with faces"),
+        (
+            packed({"[Content_Types].xml": b"<", "3D/3dmodel.model": b"<"}),
+            "a 3MF file that cannot be read: it is damaged",
+        ),
+    ],
+)
+def test_a_damaged_file_is_refused_in_words(data: bytes, words: str) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        read_asset("part", data)
+    assert caught.value.file == "part"
+
+
+def test_a_reader_that_does_not_end_is_ended() -> None:
+    policy = ReadPolicy(chord=1e-6)
+
+    with pytest.raises(
+        LimitError, match=r"more than the 1 seconds.*MESHCONE_LIMIT_CONVERT_SECONDS"
+    ):
+        read_asset("ball.step", step_ball(), limits=Limits(convert_seconds=1), policy=policy)
+
+
+@pytest.mark.parametrize(
+    ("data", "extra"),
+    [(step_ball(), "cad"), (three_mf([TETRAHEDRON], [(1, None)]), "3mf")],
+)
+def test_without_its_extra_a_format_is_refused_by_the_name_of_that(
+    data: bytes, extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = importlib.util.find_spec
+
+    def without(name: str, *rest: Any) -> Any:
+        return None if name in ("cascadio", "lib3mf") else found(name, *rest)
+
+    monkeypatch.setattr(importlib.util, "find_spec", without)
+
+    with pytest.raises(InputError, match=rf"pip install 'meshcone\[{extra}\]'"):
+        read_asset("part", data)
+
+
+def test_what_a_file_makes_counts_against_the_limits() -> None:
+    with pytest.raises(LimitError, match="MESHCONE_LIMIT_VERTICES"):
+        read_asset("ball.step", step_ball(), limits=Limits(vertices=100))
+
+
+@pytest.mark.parametrize(
+    ("kind", "data"), [("step", step_ball()), ("3mf", three_mf([TETRAHEDRON], [(1, None)]))]
+)
+def test_an_archive_may_have_one_in_it(kind: str, data: bytes) -> None:
+    asset = read_asset("part.zip", packed({f"part/ball.{kind}": data, "about.txt": b""}))
+
+    assert (asset.format, asset.name) == (kind, "part.zip")
+
+
+def test_an_archive_of_a_mesh_is_no_3mf() -> None:
+    files = {"a.obj": shapes.obj(*shapes.sphere(1)), "notes.model": b""}
+
+    assert read_asset("a.zip", packed(files)).format == "obj"
