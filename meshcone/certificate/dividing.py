@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshcone.assets import Asset
+from meshcone.assets import Asset, WritePolicy
 from meshcone.certificate.checks import Check
 from meshcone.certificate.division import DivisionRecord
 from meshcone.certificate.rewriting import require_same_structure
-from meshcone.options import Options
+from meshcone.errors import InputError
 from meshcone.pair import Pair
+from meshcone.report.report import Report
 from meshcone.surface.arrays import Bools, Floats, Ints
 from meshcone.surface.subdivision import Subdivision
 
@@ -26,14 +27,14 @@ _NOT_COMPARED = ("NORMAL", "TANGENT", "JOINTS_", "WEIGHTS_")
 
 
 def divide(
-    pair: Pair, stored: DivisionRecord, options: Options, refined: bytes
+    pair: Pair, stored: DivisionRecord | None, report: Report, refined: bytes
 ) -> tuple[Pair, list[Check]]:
     """Divide the source as a certificate says.
 
     Args:
         pair: as sent, the source moved as aligned.
-        stored: the record.
-        options: the refinement's.
+        stored: the record; None where no face was divided.
+        report: which states how many were.
         refined: the refined file.
 
     Returns:
@@ -43,8 +44,16 @@ def divide(
         InputError, LimitError: the record is no division of the source, the source cannot be
             divided so, or the refined file cannot be read or is of another mesh.
     """
+    told = report.detail
+    if stored is None:
+        if told is not None and (told.divided or told.faces_after != told.faces_before):
+            raise InputError("the report states that faces were divided, the certificate does not")
+        return pair, []
     subdivision = stored.checked(pair.source_asset.faces)
-    divided = pair.divided(subdivision, options)
+    counts = subdivision.sources, len(subdivision.parents), int(subdivision.divided.sum())
+    if told is None or (told.faces_before, told.faces_after, told.divided) != counts:
+        raise InputError("the report states other numbers of faces than the division has")
+    divided = pair.divided(subdivision, report.options)
     written = divided.read_patched(refined)
     require_same_structure(divided, written)
     whole = subdivision.sources - np.count_nonzero(subdivision.divided)
@@ -53,8 +62,25 @@ def divide(
         f"{subdivision.sources:,} of the source, and those that share a side divide it alike: "
         "shown by whole numbers"
     )
-    attributes = attributes_check(pair.source_asset, written, subdivision)
+    attributes = attributes_check(pair.source_asset, _unmoved(divided, written), subdivision)
     return divided, [Check("division", True, words), attributes]
+
+
+def _unmoved(pair: Pair, written: Asset) -> Asset:
+    """The refined file with its vertices back where those of the source are.
+
+    Only there its polygons are sure to be split into the triangles that the source's are.
+    """
+    there = pair.source_asset
+    if np.array_equal(written.triangles, there.triangles):
+        return written
+    used = written.weld >= 0
+    vertices = written.vertices.copy()
+    vertices[written.weld[used]] = there.positions[used]
+    back = pair.read_patched(written.patched(vertices, WritePolicy(normals="keep")))
+    if not np.array_equal(back.triangles, there.triangles):
+        raise InputError("the refined file has other faces than the source")
+    return back
 
 
 def attributes_check(source: Asset, refined: Asset, subdivision: Subdivision) -> Check:

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 
+from meshcone.assets import Asset
 from meshcone.certificate.checks import Check, Verification
 from meshcone.certificate.closeness import closeness_checks
 from meshcone.certificate.dividing import divide
@@ -25,10 +27,12 @@ from meshcone.certificate.settings import settings_check
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
+from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
 from meshcone.report.reading import READABLE, parse_report
 from meshcone.report.report import Report
+from meshcone.surface import Mesh
 
 
 def read_report(data: bytes, name: str) -> Report:
@@ -79,9 +83,7 @@ def verify(
         InputError, LimitError: the certificate, source or reference cannot be read at all.
     """
     pair = read_pair(source, reference, report.options).under(report.options)
-    meshes = (pair.source, pair.reference)
-    vertices, faces = (sum(len(getattr(m, of)) for m in meshes) for of in ("vertices", "faces"))
-    most = most_bytes(vertices, faces, report.options)
+    most = _most_bytes(pair, report.options, refined)
     stored = read_certificate(certificate.data, certificate.name, most)
     round_index = stored.document.round_index
     checks = [
@@ -93,18 +95,27 @@ def verify(
     except InputError as error:
         return Verification((*checks, Check("placed", False, str(error))))
     checks += placed
-    if stored.division is not None:
-        try:
-            pair, division = divide(pair, stored.division, report.options, refined.data)
-        except (InputError, LimitError) as error:
-            return Verification((*checks, Check("division", False, str(error))))
-        checks += division
+    try:
+        pair, division = divide(pair, stored.division, report, refined.data)
+    except (InputError, LimitError) as error:
+        return Verification((*checks, Check("division", False, str(error))))
+    checks += division
     closeness = closeness_checks(report, stored.closeness, pair, refined.data)
     if round_index is None:
         answer = _check_kept(report, pair, refined)
     else:
         answer = _check_answer(report, stored, round_index, pair, refined)
     return Verification((*checks, *closeness, *answer))
+
+
+def _most_bytes(pair: Pair, options: Options, refined: MeshFile) -> int:
+    """Bound a certificate by the meshes it is about, the refined one where it has more faces."""
+    meshes: list[Mesh | Asset] = [pair.source, pair.reference]
+    if options.detail.wanted:
+        with suppress(InputError, LimitError):  # what is wrong with it, a check says
+            meshes.append(pair.read_patched(refined.data))
+    vertices, faces = (sum(len(getattr(m, of)) for m in meshes) for of in ("vertices", "faces"))
+    return most_bytes(vertices, faces, options)
 
 
 def _check_kept(report: Report, pair: Pair, refined: MeshFile) -> Iterator[Check]:

@@ -1,4 +1,4 @@
-"""The examples in README.md and docs/python.md, run as they stand."""
+"""The examples in README.md, docs/python.md and docs/simplify.md, run as they stand."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from service.stack import Stack
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "docs" / "python.md"
+SIMPLIFY = ROOT / "docs" / "simplify.md"
 _BLOCK = re.compile(r"^```python *(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -45,6 +46,15 @@ def test_the_examples_of_the_manual_run_one_after_the_other(tmp_path: Path) -> N
     told = [text.removesuffix(" …") for text in shown if text.startswith(("<", "source, face"))]
     assert len(told) == 3
     assert all(text in said for text in told)
+
+
+def test_the_way_from_a_simplified_copy_to_a_passed_gate_can_be_gone(tmp_path: Path) -> None:
+    said = run(tmp_path, "\n".join(blocks(SIMPLIFY))).splitlines()
+
+    moved, detailed = (float(line.removesuffix(" of the distance is left")) for line in said[:2])
+    assert detailed < moved / 2 < 0.5
+    assert said[2:4] == ["coarse.obj fail", "detailed.obj pass"]
+    assert "the refined file is the optimum of its last round" in said[4]
 
 
 def test_the_manuals_client_runs_against_a_service(tmp_path: Path, stack: Stack) -> None:

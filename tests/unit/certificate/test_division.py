@@ -10,18 +10,20 @@ import numpy as np
 import pytest
 
 from meshcone.assets import read_asset
+from meshcone.certificate.dividing import divide
 from meshcone.certificate.division import DivisionRecord
 from meshcone.certificate.file import read_certificate
+from meshcone.detail.records import DetailRecord
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.options import parse_options
+from meshcone.pair import read_pair
 from meshcone.surface import Subdivision
-from meshcone.surface.arrays import Ints
+from meshcone.verbs.replay import verify_by_replay
 from meshcone.verbs.verify import verify
 from tests.shapes import noisy, sphere
 from tests.unit.assets.bisecting import bisected
 from tests.unit.engine.evidence import Evidence
-
-FAST: dict[str, Any] = {"effort": "fast"}
 
 
 def textured(vertices: np.ndarray, faces: np.ndarray) -> bytes:
@@ -42,16 +44,15 @@ def textured(vertices: np.ndarray, faces: np.ndarray) -> bytes:
 VERTICES, FACES = sphere(1)
 SOURCE = MeshFile("source.obj", textured(noisy(VERTICES, 0.02), FACES))
 REFERENCE = MeshFile("reference.obj", textured(*sphere(3)))
-SUBDIVISION = bisected(read_asset(SOURCE.name, SOURCE.data).faces, range(0, 200, 7))
+
+
+FEW: dict[str, Any] = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
+OPTIONS: dict[str, Any] = {"effort": "fast", "quality": FEW, "detail": {"growth": 3}}
 
 
 @pytest.fixture(scope="module")
 def honest() -> Evidence:
-    """What refining the divided source makes, said of the source itself."""
-    divided = read_asset(SOURCE.name, SOURCE.data).divided(SUBDIVISION)
-    made = Evidence.of(MeshFile(SOURCE.name, divided), REFERENCE, FAST)
-    of_source = replace(made, source=SOURCE).with_forged_hashes()
-    return of_source.with_certificate(division=DivisionRecord.of(SUBDIVISION))
+    return Evidence.of(SOURCE, REFERENCE, OPTIONS)
 
 
 def lines(evidence: Evidence) -> dict[str, tuple[bool, str]]:
@@ -64,85 +65,91 @@ def lines(evidence: Evidence) -> dict[str, tuple[bool, str]]:
 
 def test_a_division_is_proven_with_all_that_is_proven_without(honest: Evidence) -> None:
     assert honest.failed() == set()
-    found = lines(honest)
-    assert found["division"][1].startswith(
-        f"{np.count_nonzero(SUBDIVISION.divided[SUBDIVISION.parents]):,} faces tile "
-        f"{np.count_nonzero(SUBDIVISION.divided):,} of the 32 of the source"
-    )
+    found, told = lines(honest), honest.report.detail
+    assert told is not None
+    children = told.faces_after - told.faces_before + told.divided
+    words = f"{children} faces tile {told.divided} of the {told.faces_before} of the source"
+    assert found["division"][1].startswith(words)
     assert found["attributes"][1].startswith("COLOR_0, TEXCOORD_0, materials: what lies there")
     assert "byte for byte" in found["written"][1]
+
+
+def test_it_is_replayed(honest: Evidence) -> None:
+    stored = MeshFile("certificate.npz", honest.certificate.to_bytes())
+    files = (honest.source, honest.reference, honest.refined)
+    assert verify_by_replay(honest.report, stored, *files).ok
 
 
 def test_it_is_read_as_it_was_stored(honest: Evidence) -> None:
     again = read_certificate(honest.certificate.to_bytes(), "again")
     assert again.arrays_equal(honest.certificate)
-    assert again.division is not None
     faces = read_asset(SOURCE.name, SOURCE.data).faces
-    checked = again.division.checked(faces)
-    assert np.array_equal(checked.parents, SUBDIVISION.parents)
-    assert np.array_equal(checked.corners, SUBDIVISION.corners)
+    record = DivisionRecord.of(bisected(faces, range(0, 200, 7)))
+    checked = DivisionRecord.of_arrays(record.arrays()).checked(faces)
+    assert np.array_equal(checked.parents, bisected(faces, range(0, 200, 7)).parents)
+    assert np.array_equal(checked.corners, bisected(faces, range(0, 200, 7)).corners)
 
 
 def test_without_it_the_refined_file_is_of_another_mesh(honest: Evidence) -> None:
-    assert {"closeness", "program"} <= honest.with_certificate(division=None).failed()
+    assert lines(honest.with_certificate(division=None))["division"] == (
+        False,
+        "the report states that faces were divided, the certificate does not",
+    )
 
 
-def forged(record: DivisionRecord, change: Callable[[Ints, Ints], tuple[Ints, Ints]]) -> Any:
-    parents, corners = change(record.parents.copy(), record.corners.copy())
-    return replace(record, parents=parents, corners=corners)
+# Each forges a record whose arrays are its own.
+def without_a_child(record: DivisionRecord) -> DivisionRecord:
+    return replace(record, parents=record.parents[1:], corners=record.corners[1:])
 
 
-def without_a_child(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    return parents[1:], corners[1:]
+def one_child_twice(record: DivisionRecord) -> DivisionRecord:
+    rows = np.array([0, *range(len(record.parents))])
+    return replace(record, parents=record.parents[rows], corners=record.corners[rows])
 
 
-def one_child_twice(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    return np.insert(parents, 0, parents[0]), np.insert(corners, 0, corners[0], axis=0)
+def one_child_in_the_place_of_another(record: DivisionRecord) -> DivisionRecord:
+    record.corners[1] = record.corners[0]
+    return record
 
 
-def one_child_in_the_place_of_another(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    corners[1] = corners[0]
-    return parents, corners
+def a_child_turned_over(record: DivisionRecord) -> DivisionRecord:
+    return replace(record, corners=record.corners[:, ::-1])
 
 
-def a_child_turned_over(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    corners[0] = corners[0, ::-1]
-    return parents, corners
+def a_corner_beyond(record: DivisionRecord) -> DivisionRecord:
+    record.corners[0, 0] = (2**record.exponent + 1, 0)
+    return record
 
 
-def a_child_outside(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    corners[0] += [[-1, 1]] * 3
-    corners[0, 0] = (65, -1)
-    return parents, corners
+def a_corner_below_zero(record: DivisionRecord) -> DivisionRecord:
+    record.corners[0, 0] = (-1, 1)
+    return record
 
 
-def a_corner_below_zero(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    corners[0, 0] = (-64, 64)
-    return parents, corners
+def swapped_parents(record: DivisionRecord) -> DivisionRecord:
+    """Two faces with different numbers of children, each with those of the other."""
+    parents = record.parents
+    counts = np.bincount(parents, minlength=len(FACES))
+    first = int(parents[0])
+    second = next(face for face in range(len(FACES)) if counts[face] not in (0, counts[first]))
+    other = np.where(parents == first, second, np.where(parents == second, first, parents))
+    order = np.argsort(other, kind="stable")
+    return replace(record, parents=other[order], corners=record.corners[order])
 
 
-def swapped_parents(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    first, second = np.unique(parents)[:2]
-    counts = [np.count_nonzero(parents == each) for each in (first, second)]
-    one, other = np.flatnonzero(parents == first), np.flatnonzero(parents == second)
-    rest = np.setdiff1d(np.arange(len(parents)), np.concatenate([one, other]))
-    names = np.repeat([first, second], counts[::-1])
-    return np.concatenate([names, parents[rest]]), corners[np.concatenate([other, one, rest])]
+def a_parent_beyond(record: DivisionRecord) -> DivisionRecord:
+    record.parents[-1] = len(FACES)
+    return record
 
 
-def a_parent_beyond(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    parents[-1] = 32
-    return parents, corners
+def a_parent_below(record: DivisionRecord) -> DivisionRecord:
+    record.parents[0] = -1
+    return record
 
 
-def a_parent_below(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    parents[0] = -1
-    return parents, corners
-
-
-def huge_numbers(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
-    corners[0] += 2**62
-    return parents, corners
+def huge_numbers(record: DivisionRecord) -> DivisionRecord:
+    record.corners[0] += 2**62
+    return record
 
 
 @pytest.mark.parametrize(
@@ -150,9 +157,9 @@ def huge_numbers(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
     [
         (without_a_child, "cover less than it"),
         (one_child_twice, "cover more than it"),
-        (one_child_in_the_place_of_another, "of the source"),
+        (one_child_in_the_place_of_another, "overlap"),
         (a_child_turned_over, "turned over"),
-        (a_child_outside, "a child lies outside of face"),
+        (a_corner_beyond, "a child lies outside of face"),
         (a_corner_below_zero, "a child lies outside of face"),
         (swapped_parents, "share a side divide it at different points"),
         (a_parent_beyond, "a face that the source does not have"),
@@ -161,20 +168,31 @@ def huge_numbers(parents: Ints, corners: Ints) -> tuple[Ints, Ints]:
     ],
 )
 def test_a_record_that_is_no_division_of_the_source_fails(
-    honest: Evidence, change: Callable[[Ints, Ints], tuple[Ints, Ints]], words: str
+    honest: Evidence, change: Callable[[DivisionRecord], DivisionRecord], words: str
 ) -> None:
-    assert honest.certificate.division is not None
-    record = forged(honest.certificate.division, change)
-    ok, found = lines(honest.with_certificate(division=record))["division"]
+    record = honest.certificate.division
+    assert record is not None
+    forged = change(replace(record, parents=+record.parents, corners=+record.corners))
+    ok, found = lines(honest.with_certificate(division=forged))["division"]
     assert not ok
     assert words in found
 
 
-@pytest.mark.parametrize("exponent", [-1, 5, 7, 27, 2**40])
-def test_an_exponent_that_is_not_the_division_s_fails(honest: Evidence, exponent: int) -> None:
-    assert honest.certificate.division is not None
-    record = replace(honest.certificate.division, exponent=exponent)
-    assert "division" in honest.with_certificate(division=record).failed()
+@pytest.mark.parametrize("other", [lambda _: -1, lambda e: e - 1, lambda e: e + 1, lambda _: 2**40])
+def test_an_exponent_that_is_not_the_division_s_fails(
+    honest: Evidence, other: Callable[[int], int]
+) -> None:
+    record = honest.certificate.division
+    assert record is not None
+    forged = replace(record, exponent=other(record.exponent))
+    assert "division" in honest.with_certificate(division=forged).failed()
+
+
+def test_a_report_that_states_other_numbers_of_faces_fails(honest: Evidence) -> None:
+    assert honest.report.detail is not None
+    other = honest.report.detail.model_copy(update={"divided": 1})
+    ok, words = lines(honest.with_report(detail=other))["division"]
+    assert (ok, words) == (False, "the report states other numbers of faces than the division has")
 
 
 def test_the_record_of_another_mesh_fails(honest: Evidence) -> None:
@@ -199,7 +217,7 @@ def test_another_division_of_the_same_mesh_fails(honest: Evidence) -> None:
     ],
 )
 def test_arrays_of_other_types_or_shapes_are_no_record(name: str, array: np.ndarray) -> None:
-    arrays = DivisionRecord.of(SUBDIVISION).arrays() | {name: array}
+    arrays = DivisionRecord.of(bisected(FACES, [3, 5])).arrays() | {name: array}
     with pytest.raises(InputError, match="division"):
         DivisionRecord.of_arrays(arrays)
 
@@ -252,6 +270,42 @@ def test_an_added_face_fails(honest: Evidence) -> None:
     ok, words = lines(added)["division"]
     assert not ok
     assert "other vertices or faces than the source" in words
+
+
+# A square that is not divided, beside a triangle that is.
+SQUARE = b"""v 0 0 0
+v 2 0 0
+v 2 2 0
+v 0 2 0
+v 3 1 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+f 1/1 2/2 3/3 4/4
+f 5/1 2/2 3/3
+"""
+
+
+@pytest.mark.parametrize(("texture", "holds"), [(b"vt 1 1\n", True), (b"vt 1 1.001\n", False)])
+def test_a_polygon_that_is_split_otherwise_where_it_was_moved_to_is_compared_too(
+    honest: Evidence, texture: bytes, holds: bool
+) -> None:
+    options = parse_options(OPTIONS)
+    pair = read_pair(MeshFile("square.obj", SQUARE), REFERENCE, options).under(options)
+    halves = bisected(pair.source_asset.faces, [5])
+    divided = pair.divided(halves, options)
+    dented = divided.source_asset.vertices.copy()
+    dented[3] = (1.5, 0.5, 0)  # now the diagonal runs from there
+    refined = divided.source_asset.patched(dented).replace(b"vt 1 1\n", texture)
+    again = divided.read_patched(refined)
+    assert not np.array_equal(again.triangles, divided.source_asset.triangles)
+    told = DetailRecord(
+        faces_before=3, faces_after=4, faces_allowed=4, divided=1, levels=1, stopped="budget"
+    )
+    report = honest.report.model_copy(update={"detail": told})
+    _, checks = divide(pair, DivisionRecord.of(halves), report, refined)
+    assert [check.ok for check in checks] == [True, holds]
 
 
 def test_whole_faces_take_no_room() -> None:
