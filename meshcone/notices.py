@@ -153,6 +153,10 @@ class Code(StrEnum):
         "writing moves once what several nodes share, for all of them agree",
     )
     WRITING_SELECTED = "writing.selected", "a selection leaves a part of the source as it is"
+    WRITING_WEIGHTS = (
+        "writing.weights",
+        "vertices that were added follow fewer joints than those around them together",
+    )
     SOLVER_UNFINISHED = (
         "solver.unfinished",
         "the solver stopped in a round without meeting its tolerance",

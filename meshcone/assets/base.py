@@ -259,6 +259,10 @@ class Asset(abc.ABC):
         with naming(self.name):
             return self._around(self._divide(subdivision))
 
+    def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:  # noqa: ARG002
+        """What :meth:`divided` changes of the file besides its faces."""
+        return ()
+
     def ensure_divisible(self) -> None:
         """Check, without a subdivision yet, that ``divided`` can write this format.
 
@@ -266,7 +270,8 @@ class Asset(abc.ABC):
             InputError: it cannot.
         """
         raise InputError(
-            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ",
+            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ, GLB or "
+            "glTF file",
             file=self.name,
         )
 

@@ -207,6 +207,9 @@ def _report(
     if not options.audit:
         told += NOT_AUDITED
     came = validity[0]
+    if solution.subdivision is not None:
+        changed = sent.source_asset.division_notices(solution.subdivision)
+        told += Told([each.about("source", sent.source_asset.name) for each in changed])
     if pair is not sent:  # what was scored has other faces than what was sent
         pairs = options.quality.intersection_pairs
         came = inspect(sent.source, pairs, collapsed=sent.collapsed[0])

@@ -18,6 +18,7 @@ from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.verbs.audit import audit
 from tests import shapes
+from tests.unit.assets.bisecting import bisected
 from tests.unit.assets.builders import cube_gltf
 from tests.whole_asset import whole
 
@@ -183,3 +184,26 @@ def test_an_audit_asks_and_another_look_does_not(program: Path) -> None:
         None,
         "asked in audits, and where a gate is about it",
     )
+
+
+def test_a_divided_file_has_no_new_message(installed: Path, tmp_path: Path) -> None:
+    found = {}
+    for name, data in (("cube.glb", cube_gltf().glb()), ("whole.gltf", WHOLE.data)):
+        asset = read_asset(name, data)
+        (tmp_path / f"before-{name}").write_bytes(data)
+        divided = asset.divided(bisected(asset.faces, [0, 1, 2, 3]))
+        (tmp_path / f"after-{name}").write_bytes(divided)
+        paths = [str(tmp_path / f"{when}-{name}") for when in ("before", "after")]
+        ran = subprocess.run(
+            ["node", str(DRIVER), str(installed)],
+            input=json.dumps(paths),
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        before, after = (
+            {(each["code"], each["pointer"]) for each in report}
+            for report in json.loads(ran.stdout)
+        )
+        found[name] = after - before
+    assert found == {"cube.glb": set(), "whole.gltf": set()}

@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 from meshcone.assets.base import Asset, naming
 from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
+from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.agreement import agreeing_meshes
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import split_glb
 from meshcone.assets.gltf.content import read_content
+from meshcone.assets.gltf.divide import divide_primitives
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
 from meshcone.assets.gltf.extensions import check_untouched
 from meshcone.assets.gltf.instancing import as_nodes
-from meshcone.assets.gltf.model import Model
+from meshcone.assets.gltf.model import Model, write_file
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.regions import scene_regions
@@ -32,6 +34,7 @@ from meshcone.assets.policy import DracoPolicy, ReadPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError, InternalError
 from meshcone.notices import Code, Notice
+from meshcone.surface.subdivision import Subdivision
 
 
 def read_glb(
@@ -62,6 +65,7 @@ def read_gltf(
     return GltfAsset(name, data, Model.read(data, None, resources, limits, policy))
 
 
+_LOST = 1e-3  # share of a vertex's skin weights; less is seen in no pose
 _COPIED = {
     "nodes": ("node", "nodes"),
     "meshes": ("mesh", "meshes"),
@@ -203,6 +207,30 @@ class GltfAsset(Asset):
         if policy.draco == "encode" and model.compressed:
             return model.compressed.to_bytes(model, editor)
         return model.to_bytes(editor)
+
+    def ensure_divisible(self) -> None:
+        """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot."""
+
+    def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:
+        """See :meth:`Asset.division_notices`."""
+        told = []
+        if self._model.compressed:
+            words = "what is compressed with Draco is written as plain buffers"
+            told.append(Notice(Code.WRITING_DRACO, words))
+        if self._model.expanded:
+            words = "what is compressed with meshopt is written as plain buffers"
+            told.append(Notice(Code.WRITING_MESHOPT, words))
+        lost = divide_primitives(self._model, self._surface, subdivision).lost
+        if lost > _LOST:
+            words = f"at new vertices up to {lost:.1%} of the skin weights had no room for a joint"
+            told.append(Notice(Code.WRITING_WEIGHTS, f"{words}; the others were scaled up"))
+        return tuple(told)
+
+    def _divide(self, subdivision: Subdivision) -> bytes:
+        divided = divide_primitives(self._model, self._surface, subdivision)
+        container, limits = self._model.container, self._model.limits
+        editor = BufferEditor(Accessors(divided.document, divided.buffers, limits))
+        return write_file(container, divided.document, divided.buffers, editor)
 
     def content(self) -> Content:
         """See :meth:`Asset.content`."""

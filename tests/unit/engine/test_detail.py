@@ -60,6 +60,20 @@ def test_it_verifies_like_any_other() -> None:
     assert "division" in {check.name for check in checks.checks}
 
 
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_a_glb_gets_faces_and_verifies(effort: str) -> None:
+    sent = MeshFile("ball.glb", shapes.glb(*shapes.sphere(2)))
+    options = {"effort": effort, "quality": FEW, "detail": {"growth": 3}}
+    found = refine(sent, ball(4), parse_options(options))
+    certificate = MeshFile("r.certificate.npz", found.certificate)
+    checks = verify(found.report, certificate, sent, ball(4), MeshFile(found.name, found.data))
+    assert [check.words for check in checks.checks if not check.ok] == []
+    before, after = (
+        getattr(found.report.quality, which).point_to_surface.mean for which in ("input", "refined")
+    )
+    assert after < before / 3
+
+
 def test_without_the_option_nothing_is_added_or_said() -> None:
     assert refined(ball(2)).report.detail is None
     asked = refined(ball(2), detail={"growth": 1, "tolerance": 0.01})

@@ -1,0 +1,198 @@
+"""Puts longer tables in the place of those that accessors read."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
+from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.draft import Draft
+from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import INSTANCING, extension_of
+
+_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+_STRIDE_ALIGNMENT = 4  # of vertex attributes (section 3.6.2.4)
+_TYPES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
+_INDEX_TYPES = ("<u1", "<u2", "<u4")
+# Members of an accessor that say where its elements are, or of which type.
+_PLACE = ("bufferView", "byteOffset", "sparse", "componentType", "normalized", "count")
+
+# Members that are buffer views in EXT_structural_metadata, and in what is named as in glTF itself.
+_VIEW_KEYS = {"bufferView", "values", "arrayOffsets", "stringOffsets"}
+
+
+class Tables:
+    """The accessors of some primitives, each about to read more elements.
+
+    An accessor that nothing else reads keeps its index, and a buffer view that no other reads
+    is replaced, so that nothing is left in the file that nobody needs.
+
+    Args:
+        draft: takes the changes.
+        document: the document.
+        accessors: its accessors.
+        primitives: all those whose accessors are replaced.
+    """
+
+    def __init__(
+        self, draft: Draft, document: Document, accessors: Accessors, primitives: list[Element]
+    ) -> None:
+        self._draft, self._accessors = draft, accessors
+        count = len(accessors.elements)
+        replaced = Counter(index for each in primitives for index in _of_primitive(each, count))
+        uses = Counter(_all_uses(document, count))
+        self._free = {index for index in replaced if replaced[index] == uses[index]}
+        views = Counter(_all_views(document, accessors))
+        left = Counter(view for index in self._free for view in _views(accessors.elements[index]))
+        self._free_views = {view for view in left if left[view] == views[view]}
+
+    def vertices(self, accessor: Accessor, stored: NDArray[Any]) -> int:
+        """Store an attribute of vertices; return the accessor that reads it from now on.
+
+        Args:
+            accessor: the one that it was read by.
+            stored: (n, columns) components, in the old type or as floats.
+        """
+        size = stored.dtype.itemsize
+        padding = -size * stored.shape[1] % _STRIDE_ALIGNMENT
+        padded = np.pad(stored, ((0, 0), (0, padding // size))) if padding else stored
+        members: dict[str, Any] = {"target": _ARRAY_BUFFER}
+        if padding:
+            members["byteStride"] = size * padded.shape[1]
+        return self._store(accessor, stored, padded.tobytes(), members)
+
+    def indices(self, primitive: Element, values: NDArray[np.int64]) -> int:
+        """Store (k,) indices in a type that holds them; return the accessor that reads them.
+
+        The type is never narrower than it was, and the largest of its numbers, which restarts
+        a primitive, stays unused (section 3.7.2.1).
+        """
+        index = primitive.reference("indices", len(self._accessors.elements), "accessor")
+        top = int(values.max(initial=0))
+        fitting = [np.dtype(each) for each in _INDEX_TYPES]
+        fitting = [each for each in fitting if top < np.iinfo(each).max]
+        members: dict[str, Any] = {"target": _ELEMENT_ARRAY_BUFFER}
+        if index is None:
+            stored = values.astype(fitting[0])
+            view = self._draft.store(0, stored.tobytes(), members)
+            declared = {"bufferView": view, "type": "SCALAR", **_declared(stored[:, None])}
+            return self._draft.append("accessors", declared)
+        accessor = self._accessors.describe(index)
+        wide = max(fitting[0], accessor.component, key=lambda each: each.itemsize)
+        stored = values.astype(wide)[:, None]
+        return self._store(accessor, stored, stored.tobytes(), members)
+
+    def _store(
+        self, accessor: Accessor, stored: NDArray[Any], data: bytes, members: dict[str, Any]
+    ) -> int:
+        element = accessor.element.value
+        buffer = accessor.regions[0].buffer if accessor.regions else 0
+        declared = _declared(stored)
+        if accessor.normalized and stored.dtype.kind != "f":
+            declared["normalized"] = True
+        declared |= {key: value for key, value in bounds(stored).items() if key in element}
+        if accessor.index not in self._free:
+            kept = {key: value for key, value in element.items() if key not in _PLACE}
+            view = self._draft.store(buffer, data, members)
+            return self._draft.append("accessors", kept | declared | {"bufferView": view})
+        self._free.discard(accessor.index)
+        declared["bufferView"] = self._view(accessor, buffer, data, members)
+        path = ("accessors", accessor.index)
+        for key, value in declared.items():
+            self._draft.put((*path, key), value)
+        for key in _PLACE:
+            if key in element and key not in declared:
+                self._draft.remove((*path, key))
+        return accessor.index
+
+    def _view(self, accessor: Accessor, buffer: int, data: bytes, members: dict[str, Any]) -> int:
+        """A view for data: one that the accessor read and nobody needs any more, or a new one."""
+        for view in _views(accessor.element):
+            if view not in self._free_views:
+                continue
+            self._free_views.discard(view)
+            self._draft.replace(view, data)
+            path, value = ("bufferViews", view), self._accessors.views[view].value
+            if "byteStride" in members:
+                self._draft.put((*path, "byteStride"), members["byteStride"])
+            elif "byteStride" in value:
+                self._draft.remove((*path, "byteStride"))
+            if "target" in value:
+                self._draft.put((*path, "target"), members["target"])
+            return view
+        return self._draft.store(buffer, data, members)
+
+
+def _declared(stored: NDArray[Any]) -> dict[str, Any]:
+    return {"componentType": _TYPES[stored.dtype.str[1:]], "count": len(stored)}
+
+
+def _of_primitive(primitive: Element, count: int) -> Iterator[int]:
+    """Accessors that a primitive reads."""
+    attributes = primitive.child("attributes")
+    for each in (*([attributes] if attributes else []), *primitive.children("targets")):
+        yield from _known(each, each.value, count)
+    yield from _known(primitive, ("indices",), count)
+
+
+def _all_uses(document: Document, count: int) -> Iterator[int]:
+    root = document.root
+    for mesh in root.children("meshes"):
+        for primitive in mesh.children("primitives"):
+            yield from _of_primitive(primitive, count)
+    for animation in root.children("animations"):
+        for sampler in animation.children("samplers"):
+            yield from _known(sampler, ("input", "output"), count)
+    for skin in root.children("skins"):
+        yield from _known(skin, ("inverseBindMatrices",), count)
+    for node in root.children("nodes"):
+        instancing = extension_of(node, INSTANCING)
+        attributes = instancing.child("attributes") if instancing is not None else None
+        if attributes is not None:
+            yield from _known(attributes, attributes.value, count)
+
+
+def _known(element: Element, names: Iterable[str], count: int) -> Iterator[int]:
+    for name in names:
+        index = element.reference(name, count, "accessor")
+        if index is not None:
+            yield index
+
+
+def _views(accessor: Element) -> list[int]:
+    """The buffer views that an accessor reads, that of its elements first."""
+    sparse = accessor.child("sparse")
+    holders = [accessor]
+    if sparse is not None:
+        holders += [part for key in ("values", "indices") if (part := sparse.child(key))]
+    found = [holder.integer("bufferView") for holder in holders]
+    return [view for view in found if view is not None]
+
+
+def _all_views(document: Document, accessors: Accessors) -> Iterator[int]:
+    """Every use of a buffer view, by accessors, images and extensions of the root."""
+    for accessor in accessors.elements:
+        yield from _views(accessor)
+    for image in document.root.children("images"):
+        yield from (view for view in [image.integer("bufferView")] if view is not None)
+    extensions = document.root.child("extensions")
+    if extensions is not None:
+        yield from _named_views(extensions.value)
+
+
+def _named_views(value: object) -> Iterator[int]:
+    """Buffer views in what extensions of the root say, such as tables of properties."""
+    if isinstance(value, dict):
+        for name, each in value.items():
+            if name in _VIEW_KEYS and isinstance(each, int) and not isinstance(each, bool):
+                yield each
+            else:
+                yield from _named_views(each)
+    elif isinstance(value, list):
+        for each in value:
+            yield from _named_views(each)
