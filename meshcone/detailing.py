@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,11 +93,7 @@ def solve_in_detail(
     """
     if not (options.detail.wanted and options.surface.fairness):
         return _solved(pair, formulate(pair, options), on_round)
-    seams = Seams.of(pair.source)
-    aimed = options.model_copy(
-        update={"detail": options.detail.model_copy(update={"tolerance": _aim(pair, options)})}
-    )
-    found = find_detail(seams.joined, pair.reference, pair.divisible, aimed, on_level)
+    found = _found(pair, options, on_level)
     if not found.subdivision.divided.any():
         plain = _solved(pair, formulate(pair, options), on_round)
         record = _record(Subdivision.none(len(pair.source.faces)), found, found.stopped, options)
@@ -111,6 +107,29 @@ def solve_in_detail(
     plain = _solved(pair, formulate(pair, options), on_round)
     record = _record(Subdivision.none(len(pair.source.faces)), found, "harm", options)
     return Solution(pair, plain.problem, plain.answer, None, record)
+
+
+def _found(pair: Pair, options: Options, on_level: Callable[[int, int], None]) -> Detail:
+    """Find how to divide the source, every triangle of the file in one way wherever it is drawn.
+
+    Where that leaves gaps, because a mesh that is drawn twice meets others in different ways,
+    what is drawn more than once is not divided.
+    """
+    joined = Seams.of(pair.source).joined
+    aimed = options.model_copy(
+        update={"detail": options.detail.model_copy(update={"tolerance": _aim(pair, options)})}
+    )
+    twins = pair.source_asset.twins()
+    counts = np.bincount(twins, minlength=len(twins))
+    divisible = np.ones(len(twins), dtype=bool)
+    np.logical_and.at(divisible, twins, pair.divisible)
+    found = find_detail(joined, pair.reference, divisible & (counts > 0), aimed, on_level, counts)
+    if (counts == 1).all():
+        return found
+    alike = pair.source_asset.divided_alike(found.subdivision)
+    if alike.is_conforming(joined.faces):
+        return replace(found, subdivision=alike)
+    return find_detail(joined, pair.reference, divisible & (counts == 1), aimed, on_level)
 
 
 def _solved(
@@ -138,9 +157,10 @@ def _start(pair: Pair, found: Detail, options: Options) -> Floats | None:
 
     A single round starts at the source, because a certificate proves no more of its start.
     """
-    if options.cones != ConeOptions() or len(options.surface.fairness) == 1:
-        return None
     faces = pair.source.faces
+    known = len(found.corners) == len(faces)  # those of twins are not
+    if not known or options.cones != ConeOptions() or len(options.surface.fairness) == 1:
+        return None
     start = pair.source.vertices.copy()
     start[faces.ravel()] = found.corners.reshape(-1, 3)
     return np.where(pair.fixed[:, None], pair.source.vertices, start)

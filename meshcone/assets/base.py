@@ -259,6 +259,14 @@ class Asset(abc.ABC):
         with naming(self.name):
             return self._around(self._divide(subdivision))
 
+    def twins(self) -> NDArray[np.int64]:
+        """(m,) of each face, the first that is the same triangle of the file; mostly itself."""
+        return np.arange(len(self.faces), dtype=np.int64)
+
+    def divided_alike(self, subdivision: Subdivision) -> Subdivision:
+        """Divide every face as its twin is divided, which is how :meth:`divided` can write it."""
+        return subdivision
+
     def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:  # noqa: ARG002
         """What :meth:`divided` changes of the file besides its faces."""
         return ()

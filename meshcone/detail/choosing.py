@@ -7,7 +7,7 @@ import numpy as np
 from meshcone.detail.divided_mesh import edge_of_sides
 from meshcone.detail.misses import Misses
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Bools
+from meshcone.surface.arrays import Bools, Ints
 
 # A side shorter than this share of the longest is not split before it: slivers would be left.
 _SHORTEST = 0.6
@@ -15,7 +15,9 @@ _SHORTEST = 0.6
 _FINENESS = 2000
 
 
-def choose_edges(mesh: Mesh, misses: Misses, divisible: Bools, most_faces: int) -> Bools:
+def choose_edges(
+    mesh: Mesh, misses: Misses, divisible: Bools, most_faces: int, counts: Ints
+) -> Bools:
     """Choose the edges to split so that at most so many faces result.
 
     The faces that are to blame for most are split first, each at the side whose middle is
@@ -26,6 +28,7 @@ def choose_edges(mesh: Mesh, misses: Misses, divisible: Bools, most_faces: int) 
         misses: how far it is from the reference.
         divisible: (e,) edges that may be split.
         most_faces: the limit.
+        counts: (f,) how many faces of the file's scene each face stands for.
 
     Returns:
         (e,) which of ``mesh.edges`` to split.
@@ -47,7 +50,7 @@ def choose_edges(mesh: Mesh, misses: Misses, divisible: Bools, most_faces: int) 
     low, high = 0, len(order) + 1  # so many fit, so many may not
     while high - low > max(1, len(order) // _FINENESS):
         middle = (low + high) // 2
-        if len(rows) + np.count_nonzero(marks(middle)[sides]) <= most_faces:
+        if counts @ (1 + np.count_nonzero(marks(middle)[sides], axis=1)) <= most_faces:
             low = middle
         else:
             high = middle

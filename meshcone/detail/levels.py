@@ -19,7 +19,7 @@ from meshcone.options.cones import ConeOptions
 from meshcone.program.rounds import refine_surface
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.surface import Mesh, Subdivision
-from meshcone.surface.arrays import Bools, Floats
+from meshcone.surface.arrays import Bools, Floats, Ints
 from meshcone.surface.subdivision import MAX_EXPONENT
 
 # Faces after a level over those before, at most: the next level is to see what this one did.
@@ -57,6 +57,7 @@ def find_detail(
     divisible: Bools,
     options: Options,
     on_level: Callable[[int, int], None] | None = None,
+    counts: Ints | None = None,
 ) -> Detail:
     """Divide a source where it misses its reference.
 
@@ -70,11 +71,15 @@ def find_detail(
         divisible: (m,) which faces of the source may be divided.
         options: ``detail``, and what the engine reads of the rest.
         on_level: called with the faces so far and the faces allowed.
+        counts: (m,) how many faces each face stands for, itself among them; 0 for one that
+            another stands for, which may not be divided. By default 1 for all.
 
     Raises:
         SolveTimeoutError: the time that is allowed for solving is over.
     """
-    return _Levels(source, reference, divisible, options, on_level).run()
+    alone = np.ones(len(source.faces), dtype=np.int64)
+    levels = _Levels(source, reference, divisible, alone if counts is None else counts, options)
+    return levels.run(on_level)
 
 
 class _Levels:
@@ -83,11 +88,11 @@ class _Levels:
         source: Mesh,
         reference: Mesh,
         divisible: Bools,
+        counts: Ints,
         options: Options,
-        on_level: Callable[[int, int], None] | None,
     ) -> None:
-        self._source, self._reference, self._divisible = source, reference, divisible
-        self._options, self._on_level = options, on_level
+        self._source, self._reference = source, reference
+        self._divisible, self._counts, self._options = divisible, counts, options
         self._budget = options.detail.faces_allowed(len(source.faces))
         self._tolerance = options.detail.tolerance
         self._target = Target.of(reference, options.seed)
@@ -102,7 +107,7 @@ class _Levels:
             }
         )
 
-    def run(self) -> Detail:
+    def run(self, on_level: Callable[[int, int], None] | None) -> Detail:
         """Divide until there is a reason to stop."""
         now, levels = DividedMesh.of(self._source), 0
         misses = Misses.of(now.mesh, self._target)
@@ -112,8 +117,8 @@ class _Levels:
         self._crossing = self._crossings(now.mesh)
         while (stopped := self._reason_to_stop(now, misses)) is None:
             require_time()
-            if self._on_level is not None:
-                self._on_level(len(now.mesh.faces), self._budget)
+            if on_level is not None:
+                on_level(self._faces(now), self._budget)
             found = self._level(now, misses)
             if found is None:
                 stopped = "stagnation"
@@ -125,13 +130,14 @@ class _Levels:
     def _reason_to_stop(self, now: DividedMesh, misses: Misses) -> Stopped | None:
         if misses.farthest <= max(self._tolerance, _ROUNDING):
             return "tolerance"
-        if len(now.mesh.faces) >= _FULL * self._budget or now.exponent >= MAX_EXPONENT:
+        if self._faces(now) >= _FULL * self._budget or now.exponent >= MAX_EXPONENT:
             return "budget"
         return None
 
     def _level(self, now: DividedMesh, misses: Misses) -> tuple[DividedMesh, Misses] | None:
         """Split, move and swap; None if nothing can be split or it does not help."""
-        marked = choose_edges(now.mesh, misses, self._divisible_edges(now), self._limit(now))
+        counts, free = self._counts[now.parents], self._divisible_edges(now)
+        marked = choose_edges(now.mesh, misses, free, self._limit(now), counts)
         if not marked.any():
             return None
         split = self._moved(now.split(marked))
@@ -145,9 +151,12 @@ class _Levels:
 
     def _limit(self, now: DividedMesh) -> int:
         """How many faces the next level may have: equal growth until the budget is spent."""
-        faces = len(now.mesh.faces)
+        faces = self._faces(now)
         left = self._budget / faces
         return min(self._budget, int(faces * left ** (1 / max(1, ceil(log(left) / log(_GROWTH))))))
+
+    def _faces(self, now: DividedMesh) -> int:
+        return int(self._counts[now.parents].sum())
 
     def _moved(self, divided: DividedMesh) -> DividedMesh:
         answer = refine_surface(divided.mesh, self._reference, self._quick, guarded=False)

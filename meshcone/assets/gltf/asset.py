@@ -28,6 +28,7 @@ from meshcone.assets.gltf.regions import scene_regions
 from meshcone.assets.gltf.room import make_room
 from meshcone.assets.gltf.shading import write_shading
 from meshcone.assets.gltf.split import split_shared
+from meshcone.assets.gltf.twins import divided_alike, twins
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
 from meshcone.assets.policy import DracoPolicy, ReadPolicy, WritePolicy
@@ -210,6 +211,14 @@ class GltfAsset(Asset):
 
     def ensure_divisible(self) -> None:
         """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot."""
+
+    def twins(self) -> NDArray[np.int64]:
+        """See :meth:`Asset.twins`: meshes that several nodes use have some."""
+        return twins(self._model.scene, self._surface)
+
+    def divided_alike(self, subdivision: Subdivision) -> Subdivision:
+        """See :meth:`Asset.divided_alike`."""
+        return divided_alike(self._model.scene, self._surface, subdivision)
 
     def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:
         """See :meth:`Asset.division_notices`."""

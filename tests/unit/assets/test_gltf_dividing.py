@@ -391,6 +391,23 @@ def test_a_mesh_drawn_twice_is_divided_once_where_both_agree() -> None:
         asset.divided(bisected(asset.faces, [0]))
 
 
+@pytest.mark.parametrize("scale", [[1, 1, 1], [1, -1, 1]])
+def test_every_place_of_a_mesh_is_divided_as_the_first(scale: list[int]) -> None:
+    gltf = cube_gltf()
+    gltf.node(mesh=0, translation=[5, 0, 0], scale=scale)
+    asset = read_asset("a.glb", gltf.glb())
+    assert asset.twins().tolist() == [*range(12), *range(12)]
+    alike = asset.divided_alike(bisected(asset.faces, [0, 5, 13]))
+    assert alike.is_tiling()
+    after = read_asset("b.glb", asset.divided(alike))
+    places = after.vertices[after.faces]
+    half = len(places) // 2
+    first = places[:half] * scale + [5, 0, 0]
+    if min(scale) < 0:
+        first = first[:, ::-1]
+    assert places[half:] == pytest.approx(first)
+
+
 def test_draco_is_written_as_plain_buffers_and_said() -> None:
     before = compress(cube_gltf()).glb()
     after, subdivision = divided(before, [0, 1])

@@ -12,10 +12,12 @@ from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.options.detail import DetailOptions
+from meshcone.surface import Mesh
 from meshcone.verbs.refine import Refinement, refine
 from meshcone.verbs.verify import verify
 from meshcone.verbs.within import refine_within
 from tests import shapes
+from tests.unit.assets.builders import Gltf, chunks
 
 FEW: dict[str, Any] = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
 QUICK: dict[str, Any] = {"effort": "fast", "quality": FEW, "deviation": {"prove": False}}
@@ -72,6 +74,33 @@ def test_a_glb_gets_faces_and_verifies(effort: str) -> None:
         getattr(found.report.quality, which).point_to_surface.mean for which in ("input", "refined")
     )
     assert after < before / 3
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_mesh_drawn_twice_stays_one_mesh(mirrored: bool) -> None:
+    """Both places agree on where the reference is, and on all that follows from it."""
+    gltf = Gltf()
+    vertices, faces = shapes.sphere(2)
+    primitive = {
+        "attributes": {"POSITION": gltf.accessor(vertices.astype(np.float32))},
+        "indices": gltf.accessor(faces.astype(np.uint16).reshape(-1)),
+    }
+    mesh = gltf.mesh(primitive)
+    gltf.node(mesh=mesh)
+    gltf.node(mesh=mesh, translation=[5, 0, 0], scale=[-1 if mirrored else 1, 1, 1])
+    fine, many = shapes.sphere(4)
+    both = np.concatenate([fine, fine + np.array([5.0, 0, 0])])
+    reference = MeshFile("two.obj", shapes.obj(both, np.concatenate([many, many + len(fine)])))
+    sent = MeshFile("two.glb", gltf.glb())
+    found = refine(sent, reference, parse_options({**QUICK, "detail": {"growth": 2}}))
+    document, _ = chunks(found.data)
+    told = found.report.detail
+    assert told.divided > 0
+    assert told.faces_after <= 512
+    drawn = document["meshes"][document["nodes"][0]["mesh"]]["primitives"][0]
+    assert 2 * document["accessors"][drawn["indices"]]["count"] == 3 * told.faces_after
+    asset = read_asset("r.glb", found.data)
+    assert not Mesh(asset.vertices, asset.faces).border_sides.any()
 
 
 def test_without_the_option_nothing_is_added_or_said() -> None:
