@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def command() -> None:
-    """Fetch the files that jobs name by URL, and put results where jobs want them.
+    """Fetch files by URL, and put results where wanted.
 
     Broker and file store come from MESHCONE_* variables.
     """
