@@ -88,7 +88,7 @@ $(STAMP): pyproject.toml constraints.txt | $(VENV)/bin/python
 	touch $@
 
 $(TOOLS): $(STAMP)
-	@echo "Installing the tests' tools into $(VENV): about 1,200 MB more, some minutes"
+	@echo "Installing the tests' tools into $(VENV): about 1,400 MB more, some minutes"
 	$(INSTALL) --editable '.[test]'
 	touch $@
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import io
+import struct
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
 
 _HEADER = """ISO-10303-21;
 HEADER;
@@ -104,3 +107,46 @@ def three_mf(objects: Sequence[Object], items: Iterable[tuple[int, str | None]])
             "3D/3dmodel.model": model.encode(),
         }
     )
+
+
+QUAD = """
+    def Mesh "quad"
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    }
+"""
+
+
+def usda(*prims: str, metadata: str = "", above: str = "") -> bytes:
+    """A USD file as text.
+
+    Args:
+        prims: what is below a node that moves it by (10, 0, 0).
+        metadata: of the stage.
+        above: members of that node.
+    """
+    text = f"""#usda 1.0
+({metadata})
+def Xform "top"
+{{
+    double3 xformOp:translate = (10, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    {above}
+{"".join(prims)}
+}}
+"""
+    return text.encode()
+
+
+def usdz(files: Mapping[str, bytes]) -> bytes:
+    """A USDZ: an archive whose files are stored, each at a multiple of 64 bytes."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, (2020, 2, 2, 20, 20, 20))
+            room = -(out.tell() + 34 + len(name)) % 64
+            entry.extra = struct.pack("<2H", 0x1986, room) + bytes(room)
+            archive.writestr(entry, content)
+    return out.getvalue()

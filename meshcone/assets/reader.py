@@ -22,7 +22,9 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
 
-_ACCEPTED = "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP, or a STEP or 3MF to compare with"
+_ACCEPTED = (
+    "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP; or, to compare with, STEP, 3MF or USD"
+)
 _MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"}) | SUFFIXES
 _READABLE = _MESHES | {"", ".zip"}
 _DEFAULT = ReadPolicy()

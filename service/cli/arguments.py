@@ -15,7 +15,8 @@ Source = Annotated[
     Path,
     typer.Argument(
         metavar="SOURCE",
-        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off, a .zip with one, or .step or .3mf.",
+        help="The mesh: .obj, .glb, .gltf, .ply, .stl or .off, or a .zip with one; to be measured, "
+        ".step, .3mf or .usd too.",
         show_default=False,
     ),
 ]

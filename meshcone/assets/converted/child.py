@@ -12,6 +12,7 @@ import os
 import struct
 import sys
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 HEAD = struct.Struct("<QQd")
@@ -24,6 +25,7 @@ _SAFETY = 0.5
 _ANGLE = 0.5  # radians between neighbouring normals, whatever the chord
 _COARSE = 1e9
 
+_UNSEEN = ("guide", "proxy")  # purposes that viewers do not show
 _SCRATCH_BYTES = 1 << 30  # the readers write files, and remove them
 
 _Part = tuple[str, Any, Any, Any]  # name, (4, 4) matrix, (n, 3) positions, (m, 3) faces
@@ -42,7 +44,7 @@ def main() -> int:
     memory, seconds, chord = HEAD.unpack(source.read(HEAD.size))
     data = source.read()
     convert: Callable[[bytes, float], tuple[bytes, float]]
-    convert = {"step": _step, "3mf": _three_mf}[sys.argv[1]]
+    convert = {"step": _step, "3mf": _three_mf, "usd": _usd, "usdz": _usd}[sys.argv[1]]
     _limit(memory, seconds)
     status, kept = DONE, 0.0
     try:
@@ -124,6 +126,103 @@ def _three_mf(data: bytes, _chord: float) -> tuple[bytes, float]:
         matrix = matrix_of(item.GetObjectTransform()) if item.HasObjectTransform() else np.eye(4)
         parts += parts_of(item.GetObjectResource(), matrix, 0)
     return _glb(parts), 0.0
+
+
+def _usd(data: bytes, _chord: float) -> tuple[bytes, float]:
+    """Collect the meshes that a USD stage shows, in metres and with y up where it says which."""
+    import numpy as np
+    from pxr import Tf, Usd, UsdGeom
+
+    place = f"scene.{'usdz' if data.startswith(b'PK') else 'usd'}"
+    Path(place).write_bytes(data)
+    try:
+        _require_whole(place)
+        stage = Usd.Stage.Open(place)
+    except Tf.ErrorException as error:
+        words = str(error).rpartition(" : ")[2].strip(" '\n").replace(f"{Path.cwd()}/", "")
+        raise _RefusedError(f"it is damaged: {words[:200]}") from None
+    whole = np.eye(4)
+    if stage.HasAuthoredMetadata("upAxis") and UsdGeom.GetStageUpAxis(stage) == "Z":
+        whole[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+    if UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        whole[:3, :3] *= UsdGeom.GetStageMetersPerUnit(stage)
+    time = Usd.TimeCode.EarliestTime()
+    parts: list[_Part] = []
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
+        if not prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointInstancer):
+            continue
+        shape = UsdGeom.Imageable(prim)
+        if shape.ComputeVisibility(time) == "invisible" or shape.ComputePurpose() in _UNSEEN:
+            continue
+        if prim.IsA(UsdGeom.Mesh):
+            world = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time)).T
+            parts += _usd_mesh(UsdGeom.Mesh(prim), whole @ world)
+        elif not prim.IsA(UsdGeom.Curves) and not prim.IsA(UsdGeom.Points):
+            kind = prim.GetTypeName()
+            raise _RefusedError(f"'{prim.GetName()}' is a {kind}, and only meshes are read")
+    return _glb(parts), 0.0
+
+
+def _require_whole(place: str) -> None:
+    """Refuse what would have other files of this machine opened."""
+    from pxr import Sdf
+
+    waiting, known = [place], {place}
+    while waiting:
+        name = waiting.pop()
+        layer = Sdf.Layer.FindOrOpen(name)
+        if layer is None:
+            inside = name.partition("[")[2].rstrip("]")
+            raise _RefusedError(
+                f"it lacks its file '{inside[:100]}'" if inside else "it is damaged"
+            )
+        for named in layer.GetCompositionAssetDependencies():
+            other = Sdf.ComputeAssetPathRelativeToLayer(layer, named)
+            if f"{place}[" not in other:
+                raise _RefusedError(f"it is in several files, of which '{named[:100]}' is another")
+            if other not in known:
+                known.add(other)
+                waiting.append(other)
+
+        def require_no_clips(path: Any, layer: Any = layer) -> None:
+            spec = layer.GetPrimAtPath(path) if path.IsPrimPath() else None
+            if spec is not None and spec.HasInfo("clips"):
+                raise _RefusedError("its values are in other files (clips)")
+
+        layer.Traverse(Sdf.Path.absoluteRootPath, require_no_clips)
+
+
+def _usd_mesh(mesh: Any, matrix: Any) -> Iterable[_Part]:
+    """A mesh, its polygons divided into fans; without those that are holes."""
+    import numpy as np
+    from pxr import Usd
+
+    def values(attribute: Any, kind: str) -> Any:
+        found = attribute.Get(Usd.TimeCode.EarliestTime())
+        return np.array(found if found is not None else [], dtype=kind)
+
+    points = values(mesh.GetPointsAttr(), "f8").reshape(-1, 3)
+    counts = values(mesh.GetFaceVertexCountsAttr(), "i8")
+    corners = values(mesh.GetFaceVertexIndicesAttr(), "i8")
+    if not len(counts):
+        return
+    name = mesh.GetPrim().GetName()
+    if counts.sum() != len(corners) or counts.min() < 0:
+        raise _RefusedError(f"the faces of '{name}' do not have the corners that it lists")
+    if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
+        raise _RefusedError(f"a face of '{name}' has a corner that is none of its points")
+    holes = values(mesh.GetHoleIndicesAttr(), "i8")
+    shown = np.ones(len(counts), dtype=bool)
+    shown[holes[(holes >= 0) & (holes < len(counts))]] = False
+    starts = np.cumsum(counts) - counts
+    fans = np.where(shown, np.maximum(counts - 2, 0), 0)
+    first = np.repeat(starts, fans)
+    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+    faces = corners[np.stack([first, first + step + 1, first + step + 2], axis=1)]
+    if mesh.GetOrientationAttr().Get() == "leftHanded":
+        faces = faces[:, ::-1]
+    if len(faces):
+        yield name, matrix, points, faces
 
 
 def _glb(parts: list[_Part]) -> bytes:

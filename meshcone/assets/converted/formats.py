@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from meshcone.assets.archive.directory import Directory
+from meshcone.assets.archive.directory import STORED, Directory
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,18 @@ class Converted:
 
 STEP = Converted("step", "a STEP file", "model/step", "cascadio", "cad", 1e-3)
 THREE_MF = Converted("3mf", "a 3MF file", "model/3mf", "lib3mf", "3mf", 1.0)
-SUFFIXES = frozenset({".step", ".stp", ".3mf"})
-_STEP_MARK = b"ISO-10303-21"
+USD = Converted("usd", "a USD file", "model/vnd.usd", "pxr", "usd", 1.0)
+USDZ = Converted("usdz", "a USDZ file", "model/vnd.usdz+zip", "pxr", "usd", 1.0)
+SUFFIXES = frozenset({".step", ".stp", ".3mf", ".usd", ".usda", ".usdc", ".usdz"})
+_MARKS = ((b"ISO-10303-21", STEP), (b"#usda", USD), (b"PXR-USDC", USD))
+_ALIGNED = 64
+_USD_LAYERS = (".usd", ".usda", ".usdc")
 
 
 def recognise_converted(data: bytes) -> Converted | None:
     """The format of a file that is no archive, by its first bytes."""
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
-    return STEP if start.startswith(_STEP_MARK) else None
+    return next((kind for mark, kind in _MARKS if start.startswith(mark)), None)
 
 
 def recognise_package(directory: Directory) -> Converted | None:
@@ -45,4 +49,9 @@ def recognise_package(directory: Directory) -> Converted | None:
     names = {name.lower() for name in directory.files}
     if "[content_types].xml" in names and any(name.endswith(".model") for name in names):
         return THREE_MF
-    return None
+    # The first file of a USDZ is the scene, stored at a multiple of 64 bytes (its specification,
+    # "Layout"). Any other archive of a USD file is one like those of other meshes.
+    first = min(directory.files.values(), key=lambda entry: entry.local, default=None)
+    if first is None or first.method != STORED or first.start % _ALIGNED:
+        return None
+    return USDZ if first.name.lower().endswith(_USD_LAYERS) else None

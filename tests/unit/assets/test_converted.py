@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from meshcone.errors import InputError, LimitError
 from meshcone.notices import Code
 from tests import shapes
 from tests.archives import packed
-from tests.cad import step_ball, three_mf
+from tests.cad import QUAD, step_ball, three_mf, usda, usdz
 
 TETRAHEDRON = (
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -55,7 +56,61 @@ def test_a_3mf_is_read_where_its_items_put_its_objects() -> None:
     assert asset.parts("node")[1].tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
 
 
-@pytest.mark.parametrize("data", [step_ball(), three_mf([TETRAHEDRON], [(1, None)])])
+TURNED = np.array([[0, 0, 0], [1, 0, 0], [1, 0, -1], [0, 0, -1]])
+FLAT = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+ALONG = np.array([10, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("metadata", "there"),
+    [
+        ("", FLAT + ALONG),
+        ("metersPerUnit = 0.01", (FLAT + ALONG) / 100),
+        ('upAxis = "Z"', TURNED + ALONG),
+        ('upAxis = "Y"\nmetersPerUnit = 1', FLAT + ALONG),
+    ],
+)
+def test_a_usd_is_read_in_the_unit_and_with_the_axis_that_it_names(
+    metadata: str, there: np.ndarray
+) -> None:
+    asset = read_asset("quad.usda", usda(QUAD, metadata=metadata))
+
+    assert asset.format == "usd"
+    assert np.allclose(asset.vertices, there)
+    assert asset.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+@pytest.mark.parametrize("kind", ["usdc", "usdz"])
+def test_a_usd_may_be_binary_or_packed(kind: str, tmp_path: Path) -> None:
+    from pxr import Usd, UsdUtils
+
+    text = tmp_path / "quad.usda"
+    text.write_bytes(usda(QUAD))
+    made = tmp_path / "quad.usdc"
+    assert Usd.Stage.Open(str(text)).Export(str(made))
+    if kind == "usdz":
+        made = tmp_path / "quad.usdz"
+        assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "quad.usdc"), str(made))
+
+    asset = read_asset(made.name, made.read_bytes())
+
+    assert np.allclose(asset.vertices, FLAT + ALONG)
+
+
+def test_what_a_usd_hides_is_not_read() -> None:
+    hidden = QUAD.replace('"quad"', '"hidden"').replace("{", '{\ntoken visibility = "invisible"')
+    guide = QUAD.replace('"quad"', '"guide"').replace("{", '{\nuniform token purpose = "guide"')
+
+    assert len(read_asset("a", usda(QUAD, hidden, guide)).faces) == 2
+
+
+def test_a_usd_mesh_that_is_left_handed_faces_the_other_way() -> None:
+    turned = QUAD.replace("{", '{\nuniform token orientation = "leftHanded"')
+
+    assert read_asset("a", usda(turned)).faces.tolist() == [[2, 1, 0], [3, 2, 0]]
+
+
+@pytest.mark.parametrize("data", [step_ball(), three_mf([TETRAHEDRON], [(1, None)]), usda(QUAD)])
 def test_what_was_converted_is_measured_and_not_refined(data: bytes) -> None:
     with pytest.raises(InputError, match="it can be a reference, and be measured, but not refined"):
         read_asset("part", data).ensure_writable()
@@ -71,6 +126,19 @@ def test_what_was_converted_is_measured_and_not_refined(data: bytes) -> None:
         (
             packed({"[Content_Types].xml": b"<", "3D/3dmodel.model": b"<"}),
             "a 3MF file that cannot be read: it is damaged",
+        ),
+        (b"#usda 1.0\ndef Mesh {", "a USD file that cannot be read: it is damaged"),
+        (usda(), "a USD file that cannot be read: it holds no mesh with faces"),
+        (
+            usda(QUAD.replace("[0, 1, 2, 3]", "[0, 1, 2, 9]")),
+            "a face of 'quad' has a corner that is none of its points",
+        ),
+        (usda(QUAD.replace("[4]", "[5]")), "do not have the corners that it lists"),
+        (usda('def Sphere "ball" {}'), "'ball' is a Sphere, and only meshes are read"),
+        (usda('def "a" (references = @/etc/other.usda@) {}'), "several files, of which '/etc/"),
+        (
+            usdz({"a.usda": usda('def "a" (references = @../b.usda@) {}')}),
+            r"a USDZ file that cannot be read: it lacks its file '\.\./b\.usda'",
         ),
     ],
 )
@@ -91,7 +159,12 @@ def test_a_reader_that_does_not_end_is_ended() -> None:
 
 @pytest.mark.parametrize(
     ("data", "extra"),
-    [(step_ball(), "cad"), (three_mf([TETRAHEDRON], [(1, None)]), "3mf")],
+    [
+        (step_ball(), "cad"),
+        (three_mf([TETRAHEDRON], [(1, None)]), "3mf"),
+        (usda(QUAD), "usd"),
+        (usdz({"scene.usda": usda(QUAD)}), "usd"),
+    ],
 )
 def test_without_its_extra_a_format_is_refused_by_the_name_of_that(
     data: bytes, extra: str, monkeypatch: pytest.MonkeyPatch
@@ -99,7 +172,7 @@ def test_without_its_extra_a_format_is_refused_by_the_name_of_that(
     found = importlib.util.find_spec
 
     def without(name: str, *rest: Any) -> Any:
-        return None if name in ("cascadio", "lib3mf") else found(name, *rest)
+        return None if name in ("cascadio", "lib3mf", "pxr") else found(name, *rest)
 
     monkeypatch.setattr(importlib.util, "find_spec", without)
 
@@ -113,7 +186,13 @@ def test_what_a_file_makes_counts_against_the_limits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "data"), [("step", step_ball()), ("3mf", three_mf([TETRAHEDRON], [(1, None)]))]
+    ("kind", "data"),
+    [
+        ("step", step_ball()),
+        ("3mf", three_mf([TETRAHEDRON], [(1, None)])),
+        ("usd", usda(QUAD)),
+        ("usdz", usdz({"quad.usda": usda(QUAD)})),
+    ],
 )
 def test_an_archive_may_have_one_in_it(kind: str, data: bytes) -> None:
     asset = read_asset("part.zip", packed({f"part/ball.{kind}": data, "about.txt": b""}))
