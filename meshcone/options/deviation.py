@@ -27,7 +27,7 @@ class DeviationOptions(Section):
         description="how wide it may stay as a share of its upper end; the larger of both counts",
     )
     pieces: int = Field(
-        200_000,
+        500_000,
         ge=0,
         le=20_000_000,
         description="pieces that may be made of either surface beyond its faces, some "

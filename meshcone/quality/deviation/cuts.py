@@ -21,7 +21,7 @@ from meshcone.quality.deviation.games import EDGES
 from meshcone.surface.arrays import Bools, Floats, Ints
 
 # Every so many generations the longest edge is cut in the middle.
-_MIDDLE_EVERY = 6
+_MIDDLE_EVERY = 12
 # Nearer to the other surface than this share of its longest edge, a piece is cut at prisms only.
 _NEAR = 0.1
 _LEAST_CREASE, _LEAST_PRISM = 1e-3, 1e-6

@@ -228,7 +228,7 @@ class Search:
         faces[3], centre = points.ask(positions.mean(axis=1), pieces.face[rows].astype(np.int64))
         for corner in range(3):
             table[corner, 3] = self._triangles.distances(positions[:, corner], faces[3])
-        left = self._note(rows, table, faces, bar)
+        left = self._note(rows, table, faces, bar, tried=3)
         rows = rows[left]
         pieces.edge[rows], pieces.at[rows] = choose_cuts(
             positions[left],
@@ -240,14 +240,19 @@ class Search:
         )
         return Unsettled(rows, positions[left], distances[left], centre[left])
 
-    def _note(self, rows: Ints, table: Floats, faces: Ints, bar: Callable[[], float]) -> Ints:
-        """Take the bounds of (3, f, k) distances; the places of pieces still above the bar."""
+    def _note(
+        self, rows: Ints, table: Floats, faces: Ints, bar: Callable[[], float], tried: int = 0
+    ) -> Ints:
+        """Take the bounds of (3, f, k) distances; the places of pieces still above the bar.
+
+        The bounds by the first ``tried`` faces have been taken already.
+        """
         bound, best = single_face_bound(table)
         self.pieces.note(rows, bound, faces[best, np.arange(len(best))][None])
         left = np.flatnonzero(self.pieces.bound[rows] > bar())
         if not len(left):
             return left
-        bound, weights = mixed_bound(table[:, :, left])
+        bound, weights = mixed_bound(table[:, :, left], tried)
         self.pieces.note(rows[left], bound, faces[:, left], weights)
         return left[self.pieces.bound[rows[left]] > bar()]
 

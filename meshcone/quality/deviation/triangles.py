@@ -121,7 +121,7 @@ def _columns(rows: Floats) -> _Vectors:
 
 def _clipped(shares: Floats) -> Floats:
     """Shares of an edge between 0 and 1; 0 for an edge without length."""
-    return np.asarray(np.clip(np.nan_to_num(shares, nan=0.0), 0, 1))
+    return np.minimum(np.where(shares > 0, shares, 0.0), 1.0)  # false for NaN
 
 
 def _less(vectors: _Vectors, shares: Floats, sides: _Vectors) -> _Vectors:
