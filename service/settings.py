@@ -109,6 +109,16 @@ class ServiceSettings(WebhookSettings, TransferSettings):
     key_daily_bytes: int = Field(
         default=0, ge=0, description="bytes of files one API key may send a day; 0 for any number"
     )
+    project_active_jobs: int = Field(
+        default=0,
+        ge=0,
+        description="jobs of all keys of a project that may be queued or running; 0 for any number",
+    )
+    project_daily_bytes: int = Field(
+        default=0,
+        ge=0,
+        description="bytes of files all keys of a project may send a day; 0 for any number",
+    )
 
     @property
     def origins(self) -> tuple[str, ...]:

@@ -39,13 +39,11 @@ def required_scope(method: str, path: str) -> Scope | None:
     """
     if path in _PUBLIC or (method in _SAFE_METHODS and _PAGES.fullmatch(path)):
         return None
-    if path == "/metrics":
-        return "admin"
     if path.startswith(_UPLOADS):  # whoever sends files asks first which are there
         return "submit"
     if method in _SAFE_METHODS:
         return "read"
-    return "admin" if method == "DELETE" else "submit"
+    return "delete" if method == "DELETE" else "submit"
 
 
 def describe_security(document: dict[str, Any]) -> None:

@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.errors import InputError
+from worker.jobs.identifiers import DEFAULT_PROJECT, is_project
 from worker.webhooks.signing import SigningSecrets
 
 if TYPE_CHECKING:
     from redis import Redis
 
-Scope = Literal["submit", "read", "admin"]
+Scope = Literal["submit", "read", "delete", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 
 KEYS = "meshcone:keys"
@@ -50,6 +51,7 @@ class ApiKey(BaseModel):
     Attributes:
         id: its public part, which names it in logs and records.
         digest: SHA-256 of its secret part, in hexadecimal digits.
+        project: whose jobs and files it may see, and whose those are that it sends.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -59,7 +61,13 @@ class ApiKey(BaseModel):
     scopes: tuple[Scope, ...]
     created: datetime
     digest: str
+    project: str = DEFAULT_PROJECT
     quota: Quota = Quota()
+
+    @property
+    def view(self) -> str | None:
+        """The project whose jobs and files it may see; None where it may see all."""
+        return None if "admin" in self.scopes else self.project
 
     def allows(self, scope: Scope) -> bool:
         """Whether it has a scope; ``admin`` has them all."""
@@ -101,12 +109,24 @@ class KeyStore:
         self._client = client
         self._secrets = SigningSecrets(client)
 
-    def create(self, name: str, scopes: Iterable[Scope], quota: Quota | None = None) -> NewKey:
+    def create(
+        self,
+        name: str,
+        scopes: Iterable[Scope],
+        quota: Quota | None = None,
+        project: str = DEFAULT_PROJECT,
+    ) -> NewKey:
         """Make a key.
 
         Raises:
-            InputError: its name is empty, too long or no single line.
+            InputError: its name is empty, too long or no single line, or no project can be
+                called so.
         """
+        if not is_project(project):
+            raise InputError(
+                f"a project's name has 1 to 63 characters of a-z, 0-9 and -, and neither begins "
+                f"nor ends with -; found '{project}'"
+            )
         if not name or len(name) > _NAME_LENGTH or not name.isprintable():
             raise InputError(f"a key's name is one line of 1 to {_NAME_LENGTH} characters")
         key_id, secret = secrets.token_hex(8), secrets.token_urlsafe(32)
@@ -116,6 +136,7 @@ class KeyStore:
             scopes=tuple(scope for scope in SCOPES if scope in set(scopes)),
             created=datetime.now(UTC),
             digest=_digest(secret),
+            project=project,
             quota=quota or Quota(),
         )
         webhook_secret = "whsec_" + base64.b64encode(secrets.token_bytes(32)).decode()

@@ -1,4 +1,4 @@
-"""What each API key may use: requests a minute, jobs at a time, bytes a day.
+"""What each API key, and each project, may use: requests a minute, jobs at a time, bytes a day.
 
 The broker counts, so that all API processes count together; each count is one script, so
 that two requests cannot both take the last place. Requests are paced by the generic cell
@@ -196,8 +196,21 @@ class RateLimiter:
         return Pace(bool(allowed), limit, int(remaining), int(seconds))
 
 
+@dataclass(frozen=True)
+class _Account:
+    """What is counted together, and how much of it there may be; 0 is no limit."""
+
+    whose: str
+    place: str
+    active_jobs: int
+    daily_bytes: int
+
+    def keys(self) -> list[str]:
+        return [f"{self.place}:{part}" for part in ("jobs", "bytes", "reserved")]
+
+
 class JobQuotas:
-    """Counts the jobs and the bytes of each key.
+    """Counts the jobs and the bytes of each key, and of all keys of a project together.
 
     Args:
         client: a connection whose replies are strings.
@@ -216,38 +229,55 @@ class JobQuotas:
         reservation is settled by the key's next request that comes a minute later.
 
         Raises:
-            ProblemError: the key has too many jobs, or has sent too many bytes; it says
-                when to try again.
+            ProblemError: the key or its project has too many jobs, or has sent too many bytes;
+                it says when to try again.
         """
-        allowance = Allowance.of(key.quota, self._settings)
-        limits = [allowance.active_jobs, allowance.daily_bytes, _DAY, _SETTLING]
-        arguments: list[Any] = [job_id, size, *limits]
-        reason, seconds = self._reserve(keys=_places(key), args=arguments)
-        if reason == "jobs":
-            raise _exceeded(
-                f"{allowance.active_jobs} jobs of this key are queued or running, "
-                "as many as it may have",
-                self._settings.retry_after * 10,
-            )
-        if reason == "bytes":
-            raise _exceeded(
-                f"the {allowance.daily_bytes} bytes this key may send a day are used up",
-                math.ceil(float(seconds)),
-            )
+        accounts = self._accounts(key)
+        for index, account in enumerate(accounts):
+            try:
+                self._reserve_in(account, job_id, size)
+            except ProblemError:
+                for reserved in accounts[:index]:
+                    self._settle_in(reserved, job_id, size)
+                raise
 
     def settle(self, key: ApiKey, job_id: str, size: int) -> None:
         """End a reservation: it is used if the ledger knows the job by now, else given back.
 
         A broker that is away is no error: what is reserved is then settled later.
         """
+        for account in self._accounts(key):
+            self._settle_in(account, job_id, size)
+
+    def _accounts(self, key: ApiKey) -> list[_Account]:
+        own, settings = Allowance.of(key.quota, self._settings), self._settings
+        of_key = _Account("key", f"meshcone:key:{key.id}", own.active_jobs, own.daily_bytes)
+        limits = (settings.project_active_jobs, settings.project_daily_bytes)
+        if not any(limits):
+            return [of_key]
+        return [of_key, _Account("project", f"meshcone:project:{key.project}:used", *limits)]
+
+    def _reserve_in(self, account: _Account, job_id: str, size: int) -> None:
+        limits = [account.active_jobs, account.daily_bytes, _DAY, _SETTLING]
+        arguments: list[Any] = [job_id, size, *limits]
+        reason, seconds = self._reserve(keys=account.keys(), args=arguments)
+        if reason == "jobs":
+            raise _exceeded(
+                f"{account.active_jobs} jobs of this {account.whose} are queued or running, "
+                "as many as it may have",
+                self._settings.retry_after * 10,
+            )
+        if reason == "bytes":
+            raise _exceeded(
+                f"the {account.daily_bytes} bytes this {account.whose} may send a day are used up",
+                math.ceil(float(seconds)),
+            )
+
+    def _settle_in(self, account: _Account, job_id: str, size: int) -> None:
         try:
-            self._settle(keys=_places(key), args=[job_id, size, _DAY])
+            self._settle(keys=account.keys(), args=[job_id, size, _DAY])
         except RedisError as error:
             logger.warning("a quota is settled later", job_id=job_id, reason=str(error))
-
-
-def _places(key: ApiKey) -> list[str]:
-    return [f"meshcone:key:{key.id}:{part}" for part in ("jobs", "bytes", "reserved")]
 
 
 def _exceeded(detail: str, seconds: int) -> ProblemError:

@@ -224,6 +224,7 @@ class ListedJob(BaseModel):
     state: JobState
     attempt: int = Field(description="times it has been started")
     labels: list[str]
+    project: str = Field(description="whose it is")
     created: datetime
     started: datetime | None
     finished: datetime | None
@@ -288,6 +289,7 @@ class ListedJob(BaseModel):
             state=record.state,
             attempt=record.attempt,
             labels=list(record.labels),
+            project=record.project,
             created=record.created,
             started=record.started,
             finished=record.finished,

@@ -16,6 +16,7 @@ from service.api.context import ContextDependency
 from service.api.routing import Absent
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import Claim, KeyClaims, KeyInUseError, key_place
+from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.run.tracing import current_context
 
 _KEY_LENGTH = 255  # characters
@@ -37,6 +38,16 @@ class Sender:
     def owner(self) -> str | None:
         """The key's id."""
         return None if self.key is None else self.key.id
+
+    @property
+    def project(self) -> str:
+        """Whose what it sends is."""
+        return DEFAULT_PROJECT if self.key is None else self.key.project
+
+    @property
+    def view(self) -> str | None:
+        """The project whose jobs and files it may see; None where it may see all."""
+        return None if self.key is None else self.key.view
 
 
 def _sender(request: Request) -> Sender:

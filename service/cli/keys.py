@@ -30,8 +30,11 @@ Limit = Annotated[int | None, typer.Option(min=0, help="0 for any number.", show
 def create(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Whose it is, or what for.")],
     scopes: Annotated[
-        str, typer.Option(help="What it may do: submit, read, admin; separated by commas.")
+        str, typer.Option(help="What it may do: submit, read, delete, admin; separated by commas.")
     ] = "submit,read",
+    project: Annotated[
+        str, typer.Option(help="Whose jobs and files it may see, unless it is an admin's.")
+    ] = "default",
     requests_per_minute: Limit = None,
     active_jobs: Limit = None,
     daily_bytes: Limit = None,
@@ -50,7 +53,7 @@ def create(
         requests_per_minute=requests_per_minute, active_jobs=active_jobs, daily_bytes=daily_bytes
     )
     with _store(data_dir) as store:
-        made = store.create(name, wanted, quota)
+        made = store.create(name, wanted, quota, project)
     typer.echo(f"id              {made.key.id}")
     typer.echo(f"key             {made.token}")
     typer.echo(f"webhook secret  {made.webhook_secret}")
@@ -63,7 +66,9 @@ def show(data_dir: DataDirectory = None) -> None:
         keys = store.all()
     for key in keys:
         created = key.created.astimezone().isoformat(timespec="seconds")
-        typer.echo(f"{key.id}  {created}  {','.join(key.scopes):<18}  {key.name}")
+        typer.echo(
+            f"{key.id}  {created}  {','.join(key.scopes):<18}  {key.project:<12}  {key.name}"
+        )
 
 
 @commands.command("revoke")

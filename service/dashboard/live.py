@@ -15,6 +15,7 @@ from service.api.routes.events import EventsDependency, PlaceDependency
 from service.api.routes.jobs import NameQuery
 from service.api.routing import HeadRouter
 from service.api.schemas import LABEL_LENGTH
+from service.api.sender import SenderDependency
 from service.api.streams import events_response
 from service.dashboard.lists import LiveLists, Snapshot, UnavailableError
 from worker.jobs.index import JobFilter
@@ -47,6 +48,7 @@ async def follow_jobs(
     request: Request,
     events: EventsDependency,
     lists: Annotated[LiveLists, Depends(_live_lists)],
+    sender: SenderDependency,
     state: JobState | None = None,
     verdict: Verdict | None = None,
     label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
@@ -54,7 +56,7 @@ async def follow_jobs(
 ) -> Response:
     """The newest jobs that are wanted: all of them first, then those that have changed."""
     labels = frozenset({label}) if label else frozenset()
-    wanted = JobFilter(state=state, verdict=verdict, labels=labels, name=name)
+    wanted = JobFilter(state=state, verdict=verdict, labels=labels, name=name, project=sender.view)
     return events_response(request, events.streams.until_closed(_changes(lists, wanted)))
 
 

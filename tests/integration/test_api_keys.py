@@ -57,7 +57,10 @@ def test_what_the_broker_holds_does_not_open_the_door(store: KeyStore, redis: Re
         (["read"], "POST", "/v1/jobs", 403),
         (["submit"], "GET", "/v1/jobs", 403),
         (["submit"], "POST", "/v1/jobs", 415),  # let in, and asked for a form
-        (["read", "submit"], "GET", "/metrics", 403),
+        (["submit"], "GET", "/metrics", 403),
+        (["read"], "GET", "/metrics", 200),
+        (["read", "submit"], "DELETE", "/v1/jobs?label=a", 403),
+        (["delete"], "DELETE", "/v1/jobs?label=a", 200),
         (["admin"], "GET", "/metrics", 200),
         (["admin"], "GET", "/v1/jobs", 200),
     ],

@@ -105,7 +105,7 @@ def test_of_files_stored_together_one_that_cannot_be_is_said(
     register.lease([held], HOLDER)
 
     with pytest.raises(FileNotFoundError):
-        blobs.put_files({held: io.BytesIO(content), "0" * 64: io.BytesIO(b"nobody's")})
+        blobs.put_files({held: io.BytesIO(content), "f" * 64: io.BytesIO(b"nobody's")})
 
 
 def test_an_empty_file_is_a_blob_too(blobs: BlobStore) -> None:

@@ -81,6 +81,14 @@ return is_needed(ARGV[1]) and blob_name(ARGV[1]) or ''
 """
 )
 
+IS_HAD = f"""
+-- KEYS[1]: the files of a project's jobs. ARGV: digest, holder of what the project has uploaded.
+-- Answers whether the project has the file.
+if redis.call('HEXISTS', KEYS[1], ARGV[1]) == 1 then return 1 end
+local ends = redis.call('ZSCORE', '{BLOB_LEASES}', ARGV[1] .. '/' .. ARGV[2])
+return ends and tonumber(ends) > tonumber(redis.call('TIME')[1]) and 1 or 0
+"""
+
 SET_ASIDE = (
     _NAME
     + f"""

@@ -1,7 +1,8 @@
-"""Names of jobs."""
+"""Names of jobs, and of the projects they belong to."""
 
 from __future__ import annotations
 
+import re
 import secrets
 import time
 import uuid
@@ -22,3 +23,14 @@ def is_job_id(text: str) -> bool:
         return str(uuid.UUID(text)) == text
     except ValueError:
         return False
+
+
+DEFAULT_PROJECT = "default"
+"""Of keys and jobs that were made without one, and before there were projects."""
+
+_PROJECT = re.compile(r"[a-z0-9]([a-z0-9-]{0,61}[a-z0-9])?")
+
+
+def is_project(name: str) -> bool:
+    """Whether a project can have this name: that of a DNS label (RFC 1123, section 2.1)."""
+    return _PROJECT.fullmatch(name) is not None

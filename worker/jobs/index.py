@@ -6,7 +6,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from worker.jobs.ledger_keys import ALL_JOBS, COUNTERS, FETCHES, index_of, job_keys, since
+from worker.jobs.ledger_keys import (
+    FETCHES,
+    PROJECTS,
+    all_jobs,
+    counters,
+    index_of,
+    job_keys,
+    since,
+)
 from worker.jobs.records import JobRecord, JobState, Verdict
 
 if TYPE_CHECKING:
@@ -34,6 +42,7 @@ class JobFilter:
     """Which jobs are meant: those that have all of what is given.
 
     Attributes:
+        project: whose jobs; None for those of all projects.
         name: part of the name of a file that was sent, or of a label, in any case.
     """
 
@@ -41,19 +50,23 @@ class JobFilter:
     verdict: Verdict | None = None
     labels: frozenset[str] = frozenset()
     name: str = ""
+    project: str | None = None
 
     def index(self) -> str:
         """The smallest index certain to hold all of them."""
         if self.labels:
-            return index_of("label", min(self.labels))
+            return index_of("label", min(self.labels), self.project)
         if self.verdict is not None:
-            return index_of("verdict", self.verdict)
-        return ALL_JOBS if self.state is None else index_of("state", self.state)
+            return index_of("verdict", self.verdict, self.project)
+        if self.state is not None:
+            return index_of("state", self.state, self.project)
+        return all_jobs(self.project)
 
     def admits(self, record: JobRecord) -> bool:
         """Whether a job is meant."""
         return (
-            self.state in (None, record.state)
+            self.project in (None, record.project)
+            and self.state in (None, record.state)
             and self.verdict in (None, record.verdict)
             and self.labels.issubset(record.labels)
             and self._is_named(record)
@@ -100,13 +113,22 @@ class JobIndex:
                 return JobPage(tuple(found), record.id if more else None)
         return JobPage(tuple(found), None)
 
-    def count(self, state: JobState) -> int:
-        """Jobs that are in a state; those whose files have expired are no longer counted."""
-        return int(self._client.zcard(since(state)))
+    def projects(self) -> list[str]:
+        """The projects there are or were jobs of."""
+        return sorted(str(name) for name in self._client.smembers(PROJECTS))
 
-    def longest(self, state: JobState) -> float:
+    def count(self, state: JobState, project: str | None = None) -> int:
+        """Jobs that are in a state; those whose files have expired are no longer counted.
+
+        Args:
+            state: the state.
+            project: whose jobs; None for those of all projects, here and below.
+        """
+        return int(self._client.zcard(since(state, project)))
+
+    def longest(self, state: JobState, project: str | None = None) -> float:
         """Seconds for which the job that has been in a state longest has been so; 0 if none is."""
-        oldest = self._client.zrange(since(state), 0, 0, withscores=True)
+        oldest = self._client.zrange(since(state, project), 0, 0, withscores=True)
         return max(0.0, self._time() - float(oldest[0][1])) if oldest else 0.0
 
     def in_state_for(self, state: JobState | str, seconds: float, limit: int = 1000) -> list[str]:
@@ -119,7 +141,7 @@ class JobIndex:
         """Ids of queued jobs some of whose files are still to be fetched."""
         return {str(job_id) for job_id in self._client.zrange(FETCHES, 0, -1)}
 
-    def counters(self) -> Mapping[str, float]:
+    def counters(self, project: str | None = None) -> Mapping[str, float]:
         """What has happened since the ledger was begun.
 
         ``transitions:FROM:TO`` counts steps (FROM is empty for a new job), ``seconds:STATE``
@@ -127,7 +149,8 @@ class JobIndex:
         that failed, ``expired`` and ``deleted`` what their names say. Others are of whoever
         passes them to a step.
         """
-        return {str(name): float(value) for name, value in self._client.hgetall(COUNTERS).items()}
+        found = self._client.hgetall(counters(project))
+        return {str(name): float(value) for name, value in found.items()}
 
     def _time(self) -> float:
         seconds, microseconds = self._client.time()

@@ -27,8 +27,10 @@ from meshcone.options import OPTIONS_VERSION
 from worker.jobs import ledger_scripts as scripts
 from worker.jobs.durability import DurableWrites
 from worker.jobs.idempotency import BoundKey
+from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.index import JobIndex
-from worker.jobs.ledger_keys import job_keys
+from worker.jobs.ledger_keys import PLACED, job_keys
+from worker.jobs.project_scripts import PLACE
 from worker.jobs.records import (
     FILE_FIELDS,
     Artifact,
@@ -102,6 +104,7 @@ class Ledger:
         self._cancel = client.register_script(scripts.CANCEL)
         self._expire = client.register_script(scripts.EXPIRE)
         self._delete = client.register_script(scripts.DELETE)
+        self._place = client.register_script(PLACE)
 
     def create(
         self, record: JobRecord, *, capacity: int | None = None, key: BoundKey | None = None
@@ -154,6 +157,24 @@ class Ledger:
             raise UnknownJobError(job_id)
         return JobRecord.decoded({str(name): str(value) for name, value in fields.items()})
 
+    def project_of(self, job_id: str) -> str | None:
+        """Whose a job is; None if there is none of that id, which takes as long to tell."""
+        state, project = self._client.hmget(job_keys(job_id)[0], "state", "project")
+        if state is None:
+            return None
+        return DEFAULT_PROJECT if project is None else str(json.loads(project))
+
+    def place_by_project(self, jobs: int) -> bool:
+        """See to it that the next jobs are found in their project, in turn. Repeatable.
+
+        Jobs of versions without projects are put into the default one; jobs that such a
+        version has moved are put where they are now.
+
+        Returns:
+            Whether there was one of the former: more may follow.
+        """
+        return bool(self._place([PLACED], [jobs]))
+
     def begin(self, job_id: str, knows: int = OPTIONS_VERSION) -> int:
         """Start the next attempt of a queued job and return its number, counted from 1.
 
@@ -204,7 +225,7 @@ class Ledger:
             TransitionRefusedError: the job is no longer running at this attempt.
             CancelRequestedError: the attempt is to stop; :meth:`end_canceled` ends it.
         """
-        step = {"attempt": attempt, "progress": progress.model_dump_json()}
+        step = {"id": job_id, "attempt": attempt, "progress": progress.model_dump_json()}
         answer, state, found = self._run(self._progress, job_id, step)
         if answer == scripts.CANCEL_REQUESTED:
             raise CancelRequestedError(job_id)

@@ -7,6 +7,10 @@
     meshcone:since:STATE        sorted set of ids by the time, in seconds, they entered the state;
                                 an expired job is under `expired` instead of its state
     meshcone:counters           hash: what has happened since the ledger was begun
+    meshcone:project:NAME:…     the same indexes, times and counters of one project's jobs alone
+    meshcone:project:NAME:blobs hash: how many of the project's jobs have a file, by its digest
+    meshcone:projects           set: the projects there are jobs of
+    meshcone:projects:placed    string: how far the last look at their indexes has come
     meshcone:webhooks           stream: webhooks to be sent; see worker.jobs.outbox
     meshcone:fetches            sorted set: queued jobs some of whose files are still to be fetched,
                                 by the time at which that is to be tried; see worker.transfers
@@ -22,8 +26,9 @@ The scripts build some of these names themselves, so a cluster of brokers is not
 
 from __future__ import annotations
 
-ALL_JOBS = "meshcone:index:all"
 COUNTERS = "meshcone:counters"
+PROJECTS = "meshcone:projects"
+PLACED = "meshcone:projects:placed"
 WEBHOOKS = "meshcone:webhooks"
 FETCHES = "meshcone:fetches"
 DELIVERIES = "meshcone:outputs"
@@ -41,11 +46,30 @@ def job_keys(job_id: str) -> tuple[str, str, str]:
     return key, f"{key}:events", f"{key}:blobs"
 
 
-def index_of(kind: str, value: str) -> str:
+def all_jobs(project: str | None = None) -> str:
+    """The index of a project's jobs; None stands for all projects, here and below."""
+    return f"{_place(project)}index:all"
+
+
+def index_of(kind: str, value: str, project: str | None = None) -> str:
     """The index of the jobs whose state, label or verdict has a value."""
-    return f"meshcone:index:{kind}:{value}"
+    return f"{_place(project)}index:{kind}:{value}"
 
 
-def since(state: str) -> str:
+def since(state: str, project: str | None = None) -> str:
     """The jobs of a state, by the time they entered it."""
-    return f"meshcone:since:{state}"
+    return f"{_place(project)}since:{state}"
+
+
+def counters(project: str | None = None) -> str:
+    """What has happened to the jobs."""
+    return f"{_place(project)}counters"
+
+
+def blobs_of(project: str) -> str:
+    """The files of a project's jobs."""
+    return f"{_place(project)}blobs"
+
+
+def _place(project: str | None) -> str:
+    return "meshcone:" if project is None else f"meshcone:project:{project}:"

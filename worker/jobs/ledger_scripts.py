@@ -11,6 +11,7 @@ from __future__ import annotations
 from worker.jobs import ledger_keys as keys
 from worker.jobs import outbox
 from worker.jobs.blob_scripts import NEED
+from worker.jobs.project_scripts import PROJECT
 
 EVENTS_KEPT = 256
 """Events kept of a job; what falls out can be read from the job itself."""
@@ -48,21 +49,35 @@ local function end_fetching()
   redis.call('HDEL', '{keys.FETCH_TRIES}', step.id)
 end
 
+{PROJECT}
+-- Of a job that a version without projects has made.
+if redis.call('EXISTS', job) == 1 and redis.call('HEXISTS', job, 'project') == 0 then
+  find_a_place(step.id)
+end
+
+-- Everything is counted and found twice: among all jobs, and among those of the project.
+local function each_place(act)
+  act('meshcone:')
+  act(place_of(job))
+end
+
+local function tally(name, amount)
+  each_place(function(place) redis.call('HINCRBYFLOAT', place .. 'counters', name, amount) end)
+end
+
 -- A job is counted and found under one state, and holds the time it entered it.
 local function move(old, new)
   local time = now()
   if old == 'queued' then end_fetching() end
-  if old ~= '' then
-    local since = redis.call('ZSCORE', 'meshcone:since:' .. old, step.id)
-    if since then
-      redis.call('HINCRBYFLOAT', '{keys.COUNTERS}', 'seconds:' .. old, time - tonumber(since))
-    end
-    redis.call('ZREM', 'meshcone:since:' .. old, step.id)
-    redis.call('ZREM', 'meshcone:index:state:' .. old, step.id)
-  end
-  redis.call('ZADD', 'meshcone:since:' .. new, string.format('%.6f', time), step.id)
-  redis.call('ZADD', 'meshcone:index:state:' .. new, 0, step.id)
-  redis.call('HINCRBY', '{keys.COUNTERS}', 'transitions:' .. old .. ':' .. new, 1)
+  local since = old ~= '' and redis.call('ZSCORE', 'meshcone:since:' .. old, step.id)
+  if since then tally('seconds:' .. old, time - tonumber(since)) end
+  tally('transitions:' .. old .. ':' .. new, 1)
+  each_place(function(place)
+    redis.call('ZREM', place .. 'since:' .. old, step.id)
+    redis.call('ZREM', place .. 'index:state:' .. old, step.id)
+    redis.call('ZADD', place .. 'since:' .. new, string.format('%.6f', time), step.id)
+    redis.call('ZADD', place .. 'index:state:' .. new, 0, step.id)
+  end)
 end
 {outbox.WRITE}
 -- What is to be put somewhere is due from the step on that has made it.
@@ -89,7 +104,10 @@ end
 
 local function hold(digests)
   for _, digest in ipairs(digests) do
-    if redis.call('SADD', blobs, digest) == 1 then need(digest, 1) end
+    if redis.call('SADD', blobs, digest) == 1 then
+      need(digest, 1)
+      own(job, digest, 1)
+    end
     end_lease(digest)
   end
 end
@@ -98,6 +116,7 @@ end
 local function let_go()
   local doomed = {{}}
   for _, digest in ipairs(redis.call('SMEMBERS', blobs)) do
+    own(job, digest, -1)
     doomed[#doomed + 1] = need(digest, -1)
   end
   redis.call('DEL', blobs)
@@ -105,9 +124,7 @@ local function let_go()
 end
 
 local function count(counters)
-  for name, amount in pairs(counters) do
-    redis.call('HINCRBYFLOAT', '{keys.COUNTERS}', name, amount)
-  end
+  for name, amount in pairs(counters) do tally(name, amount) end
 end
 """
 
@@ -132,10 +149,13 @@ if step.capacity and redis.call('ZCARD', 'meshcone:since:queued') >= step.capaci
 end
 set(step.fields)
 hold(step.digests)
-redis.call('ZADD', '{keys.ALL_JOBS}', 0, step.id)
-for _, label in ipairs(step.labels) do
-  redis.call('ZADD', 'meshcone:index:label:' .. label, 0, step.id)
-end
+redis.call('SADD', '{keys.PROJECTS}', project_of(job))
+each_place(function(place)
+  redis.call('ZADD', place .. 'index:all', 0, step.id)
+  for _, label in ipairs(step.labels) do
+    redis.call('ZADD', place .. 'index:label:' .. label, 0, step.id)
+  end
+end)
 if key then
   redis.call('HSET', key, 'job', step.id, 'fingerprint', step.fingerprint)
   redis.call('EXPIRE', key, step.remembered)
@@ -176,7 +196,9 @@ else
   hold(step.digests)
   count(step.counters)
   if step.verdict then
-    redis.call('ZADD', 'meshcone:index:verdict:' .. step.verdict, 0, step.id)
+    each_place(function(place)
+      redis.call('ZADD', place .. 'index:verdict:' .. step.verdict, 0, step.id)
+    end)
   end
 end
 attempt = attempt + step.starts
@@ -214,7 +236,7 @@ set({{outputs=cjson.encode(all)}})
 if step.outcome then
   local delivery = step.id .. '/' .. step.name
   if redis.call('ZREM', '{keys.DELIVERIES}', delivery) == 1 then
-    redis.call('HINCRBY', '{keys.COUNTERS}', 'outputs:' .. step.outcome, 1)
+    tally('outputs:' .. step.outcome, 1)
   end
   redis.call('HDEL', '{keys.DELIVERY_TRIES}', delivery)
 end
@@ -225,7 +247,7 @@ return {{{ACCEPTED}, state, attempt}}
 PROGRESS = (
     _PRELUDE
     + f"""
--- step: attempt, progress
+-- step: id, attempt, progress
 local state, attempt = found()
 if state ~= 'running' or attempt ~= step.attempt then return {{{REFUSED}, state, attempt}} end
 if redis.call('HEXISTS', job, 'cancel_requested') == 1 then
@@ -267,9 +289,11 @@ if state == '' or state == 'queued' or state == 'running' then
   return {{{REFUSED}, state, attempt}}
 end
 if redis.call('HSETNX', job, 'expired', step.expired) == 1 then
-  redis.call('ZREM', 'meshcone:since:' .. state, step.id)
-  redis.call('ZADD', 'meshcone:since:expired', string.format('%.6f', now()), step.id)
-  redis.call('HINCRBY', '{keys.COUNTERS}', 'expired', 1)
+  each_place(function(place)
+    redis.call('ZREM', place .. 'since:' .. state, step.id)
+    redis.call('ZADD', place .. 'since:expired', string.format('%.6f', now()), step.id)
+  end)
+  tally('expired', 1)
   let_go()
   redis.call('DEL', events)
 end
@@ -286,18 +310,18 @@ if state == '' or state == 'queued' or state == 'running' then
   return {{{REFUSED}, state, attempt, {{}}}}
 end
 local doomed = let_go()
+local indexes = {{'index:all', 'index:state:' .. state, 'since:' .. state, 'since:expired'}}
 for _, label in ipairs(cjson.decode(redis.call('HGET', job, 'labels') or '[]')) do
-  redis.call('ZREM', 'meshcone:index:label:' .. label, step.id)
+  indexes[#indexes + 1] = 'index:label:' .. label
 end
 local verdict = redis.call('HGET', job, 'verdict')
 if verdict and verdict ~= 'null' then
-  redis.call('ZREM', 'meshcone:index:verdict:' .. cjson.decode(verdict), step.id)
+  indexes[#indexes + 1] = 'index:verdict:' .. cjson.decode(verdict)
 end
-for _, place in ipairs({{'{keys.ALL_JOBS}', 'meshcone:index:state:' .. state,
-                        'meshcone:since:' .. state, 'meshcone:since:expired'}}) do
-  redis.call('ZREM', place, step.id)
-end
-redis.call('HINCRBY', '{keys.COUNTERS}', 'deleted', 1)
+each_place(function(place)
+  for _, index in ipairs(indexes) do redis.call('ZREM', place .. index, step.id) end
+end)
+tally('deleted', 1)
 redis.call('DEL', job, events)
 return {{{ACCEPTED}, state, attempt, doomed}}
 """

@@ -13,6 +13,7 @@ from meshcone.errors import ErrorKind, MeshConeError
 from meshcone.gates.records import Status
 from meshcone.options import Mode
 from meshcone.progress import Progress, Stage
+from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.summaries import JobSummary
 
 JobState = Literal["queued", "running", "succeeded", "failed", "canceled"]
@@ -181,6 +182,7 @@ class JobRecord(_Frozen):
         webhook: where to say that it has ended.
         outputs: where to put what it makes once it has succeeded, by the artifact's name.
         owner: id of the API key it was sent with; None if it was sent without.
+        project: whose it is: only keys of the project learn that there is such a job.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
@@ -213,6 +215,7 @@ class JobRecord(_Frozen):
     webhook: str | None = None
     outputs: dict[OutputName, Output] = {}
     owner: str | None = None
+    project: str = DEFAULT_PROJECT
     context: dict[str, str] = {}
     progress: JobProgress | None = None
     error: JobError | None = None

@@ -11,7 +11,7 @@ import io
 import logging
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import IO, TYPE_CHECKING, Self
 
@@ -63,20 +63,25 @@ class BlobStore:
         self.put_files({d: io.BytesIO(data) for d, data in zip(digests, contents, strict=True)})
         return digests
 
-    def put_files(self, files: Mapping[str, IO[bytes]]) -> None:
+    def put_files(
+        self, files: Mapping[str, IO[bytes]], *, anew: Collection[str] = frozenset()
+    ) -> None:
         """Store open files by their digests, several at a time, as :meth:`put_file` does one.
 
         Most of the time a disk or a bucket lets its writer wait, and it lets several wait together.
         """
         if len(files) < 2:
             for digest, file in files.items():
-                self.put_file(file, digest)
+                self.put_file(file, digest, anew=digest in anew)
             return
         with ThreadPoolExecutor(min(_WRITERS, len(files))) as writers:
-            for written in [writers.submit(self.put_file, f, d) for d, f in files.items()]:
+            for written in [
+                writers.submit(self.put_file, file, digest, anew=digest in anew)
+                for digest, file in files.items()
+            ]:
                 written.result()
 
-    def put_file(self, file: IO[bytes], digest: str) -> bool:
+    def put_file(self, file: IO[bytes], digest: str, *, anew: bool = False) -> bool:
         """Store an open file's whole content, without holding it in memory.
 
         It survives a loss of power when this returns.
@@ -84,6 +89,8 @@ class BlobStore:
         Args:
             file: the file.
             digest: of its content; leased.
+            anew: write it whatever is there: the time it takes then tells nobody whether
+                somebody else has sent it before.
 
         Returns:
             Whether it was written: it was not there, or what was there was damaged.
@@ -94,10 +101,12 @@ class BlobStore:
         while True:
             name = self._name(digest)
             try:
-                if self._is_sound(name, digest):
+                if not anew and self._is_sound(name, digest):
                     self._place.settle(name)
                     return False
             except FileNotFoundError:
+                anew = True
+            if anew:
                 self._place.write(name, file)
                 self._sound.add(name, self._place.version(name))
                 return True

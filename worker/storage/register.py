@@ -23,7 +23,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from worker.jobs import blob_scripts
-from worker.jobs.ledger_keys import DOOMED_BLOBS
+from worker.jobs.identifiers import DEFAULT_PROJECT
+from worker.jobs.ledger_keys import DOOMED_BLOBS, blobs_of
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -53,6 +54,7 @@ class BlobRegister:
         self._take = client.register_script(blob_scripts.TAKE_DOOMED)
         self._name = client.register_script(blob_scripts.NAME_OF)
         self._set_aside = client.register_script(blob_scripts.SET_ASIDE)
+        self._is_had = client.register_script(blob_scripts.IS_HAD)
 
     def lease(self, digests: Iterable[str], holder: str, seconds: int = LEASE_SECONDS) -> None:
         """Keep blobs, there already or soon to be, for a time.
@@ -63,6 +65,23 @@ class BlobRegister:
             seconds: how long at least; taken again, a lease is only ever made longer.
         """
         self._lease([], [seconds, holder, _generation(), *digests])
+
+    def lease_upload(self, digest: str, project: str, seconds: int) -> None:
+        """Keep a file that a project has sent, for a time in which its jobs can name it."""
+        self.lease([digest], _uploads_of(project), seconds)
+
+    def is_had(self, digest: str, project: str | None) -> bool:
+        """Whether a project has a file: it has sent it, or jobs of it have it.
+
+        A file that others have takes as long to tell as one that nobody has.
+
+        Args:
+            digest: the file.
+            project: None for all projects together, which have every file.
+        """
+        if project is None:
+            return True
+        return bool(self._is_had([blobs_of(project)], [digest, _uploads_of(project)]))
 
     def name_of(self, digest: str) -> str | None:
         """Under what name a blob is in the store, or is to be; None if nobody needs it."""
@@ -90,6 +109,11 @@ class BlobRegister:
     def forget(self, name: str) -> None:
         """Note that a name is removed."""
         self._client.zrem(DOOMED_BLOBS, name)
+
+
+def _uploads_of(project: str) -> str:
+    # What was sent before there were projects belongs to the default one.
+    return "upload" if project == DEFAULT_PROJECT else f"upload/{project}"
 
 
 def _generation() -> str:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+_PLACED_AT_ONCE = 500  # jobs; the broker does nothing else meanwhile, for milliseconds
+
 
 class Housekeeper:
     """What an installation forgets, and when. All of it can be interrupted and repeated."""
@@ -35,6 +37,8 @@ class Housekeeper:
     def tidy(self) -> None:
         """Expire, delete and sweep what is due."""
         self._queue.forget_dead_workers()
+        while self._ledger.place_by_project(_PLACED_AT_ONCE):
+            pass  # an upgrade's first look goes through all jobs, later ones through some each time
         for job_id in self._due():
             try:
                 self._ledger.expire(job_id)

@@ -15,13 +15,13 @@ from starlette.datastructures import UploadFile
 from service.api.context import Context, ContextDependency
 from service.api.downloads import BYTES
 from service.api.routing import ResourceRouter
+from service.api.sender import Sender, SenderDependency
 from service.problems import ProblemError, problem
 from worker.storage.errors import DamagedFileError
 
 router = ResourceRouter(prefix="/v1/blobs", tags=["files"])
 
 _IN_MEMORY = 1024 * 1024  # bytes; what is larger goes to disk while it comes
-_HOLDER = "upload"
 _BODY = {
     "requestBody": {
         "required": True,
@@ -50,11 +50,15 @@ class Blob(BaseModel):
     summary="Send a file",
 )
 async def put_blob(
-    sha256: Digest, request: Request, context: ContextDependency, response: Response
+    sha256: Digest,
+    request: Request,
+    context: ContextDependency,
+    sender: SenderDependency,
+    response: Response,
 ) -> Blob:
     """Store a file whose hash is known, so that jobs can name it instead of bringing it.
 
-    Sending it again keeps it for longer.
+    Sending it again keeps it for longer. What another project has sent is new all the same.
     """
     spool = tempfile.SpooledTemporaryFile(max_size=_IN_MEMORY)  # noqa: SIM115 - closed below
     upload = UploadFile(cast(BinaryIO, spool), size=0)
@@ -67,7 +71,7 @@ async def put_blob(
             detail = f"the {upload.size} bytes received have the SHA-256 {found.hexdigest()}"
             raise ProblemError(problem("hash-mismatch", detail))
         expires = datetime.now(UTC) + timedelta(seconds=context.settings.upload_ttl)
-        if not await run_in_threadpool(_keep, upload, sha256, context):
+        if not await run_in_threadpool(_keep, upload, sha256, sender, context):
             response.status_code = status.HTTP_200_OK
     finally:
         await upload.close()
@@ -80,17 +84,21 @@ async def put_blob(
     responses={200: {"description": "the file is there; its size is the Content-Length"}},
     summary="Ask for a file",
 )
-def head_blob(sha256: Digest, context: ContextDependency) -> Response:
+def head_blob(sha256: Digest, context: ContextDependency, sender: SenderDependency) -> Response:
     """Whether a file is there, and need not be sent."""
+    unknown = ProblemError(problem("not-found", "there is no file of this hash"))
+    if not context.register.is_had(sha256, sender.view):
+        raise unknown
     try:
         size = context.blobs.size(sha256)
     except (FileNotFoundError, DamagedFileError):
-        raise ProblemError(problem("not-found", "there is no file of this hash")) from None
+        raise unknown from None
     headers = {"Content-Length": str(size), "ETag": f'"{sha256}"'}
     return Response(headers=headers, media_type="application/octet-stream")
 
 
-def _keep(upload: UploadFile, sha256: str, context: Context) -> bool:
-    """Store a file, and return whether it is new."""
-    context.register.lease([sha256], _HOLDER, context.settings.upload_ttl)
-    return context.blobs.put_file(upload.file, sha256)
+def _keep(upload: UploadFile, sha256: str, sender: Sender, context: Context) -> bool:
+    """Store a file, and return whether it is new to who sends it."""
+    is_new = not context.register.is_had(sha256, sender.view)
+    context.register.lease_upload(sha256, sender.project, context.settings.upload_ttl)
+    return context.blobs.put_file(upload.file, sha256, anew=is_new)

@@ -12,6 +12,7 @@ from fastapi import BackgroundTasks, Depends, Query, Response, status
 from service.api.context import ContextDependency
 from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Deletion, Job, JobList, ListedJob
+from service.api.sender import SenderDependency
 from service.api.submission.parts import MAX_LABELS, NAME_LENGTH
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
@@ -46,18 +47,25 @@ NameQuery = Annotated[
     ),
 ]
 
+ProjectQuery = Annotated[
+    str | Absent,
+    Query(max_length=63, description="whose jobs; a key without the scope admin has one project's"),
+]
 CursorQuery = Annotated[str | Absent, Query(description="`next` of the page before")]
 
 
-def find_job(job_id: str, context: ContextDependency) -> JobRecord:
+def find_job(job_id: str, context: ContextDependency, sender: SenderDependency) -> JobRecord:
     """The job a path names, as a dependency.
 
     Raises:
-        ProblemError: there is none.
+        ProblemError: there is none, or none that the sender may know of; both are said in the
+            same words after the same work.
     """
     if is_job_id(job_id):
+        project = context.ledger.project_of(job_id)
         try:
-            return context.ledger.get(job_id)
+            if project is not None and sender.view in (None, project):
+                return context.ledger.get(job_id)
         except UnknownJobError:
             pass
     raise _unknown()
@@ -69,10 +77,12 @@ FoundJob = Annotated[JobRecord, Depends(find_job)]
 @router.get("", summary="List jobs, newest first")
 def list_jobs(
     context: ContextDependency,
+    sender: SenderDependency,
     state: JobState | Absent = None,
     label: LabelQuery = [],  # noqa: B006 - the framework copies it
     verdict: Annotated[Verdict | Absent, Query(description="what the gates say")] = None,
     name: NameQuery = "",
+    project: ProjectQuery = None,
     cursor: CursorQuery = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> JobList:
@@ -80,7 +90,15 @@ def list_jobs(
 
     They are listed by the time they were sent, so that none moves while pages are turned.
     """
-    wanted = JobFilter(state=state, verdict=verdict, labels=frozenset(label), name=name)
+    if project is not None and sender.view not in (None, project):
+        return JobList(jobs=[], next=None)
+    wanted = JobFilter(
+        state=state,
+        verdict=verdict,
+        labels=frozenset(label),
+        name=name,
+        project=sender.view or project,
+    )
     page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
     return JobList(
@@ -117,6 +135,7 @@ def cancel_job(record: FoundJob, context: ContextDependency, response: Response)
 @router.delete("", summary="Delete the jobs of a label")
 def delete_jobs(
     context: ContextDependency,
+    sender: SenderDependency,
     later: BackgroundTasks,
     label: Annotated[LabelQuery, Query(min_length=1)],
     cursor: CursorQuery = None,
@@ -126,7 +145,7 @@ def delete_jobs(
 
     Those that are queued or running stay: cancel them first.
     """
-    wanted = JobFilter(labels=frozenset(label))
+    wanted = JobFilter(labels=frozenset(label), project=sender.view)
     page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
     deleted = not_finished = 0
     for record in page.jobs:

@@ -24,6 +24,7 @@ from prometheus_client.registry import Collector
 from meshcone.errors import ErrorKind
 from service.api.context import ContextDependency
 from service.api.routing import HeadRouter
+from service.api.sender import SenderDependency
 from worker.jobs.ledger_keys import DELIVERIES, FETCHES, WEBHOOKS
 from worker.jobs.records import JobState, OutputState
 from worker.jobs.tallies import (
@@ -48,18 +49,24 @@ _TEXT: dict[int | str, dict[str, Any]] = {
 
 
 @router.get("/metrics", response_class=Response, responses=_TEXT)
-def metrics(context: ContextDependency) -> Response:
-    """The service's metrics, in the text format of Prometheus."""
+def metrics(context: ContextDependency, sender: SenderDependency) -> Response:
+    """The service's metrics, in the text format of Prometheus; those of a project for its keys."""
     registry = CollectorRegistry(auto_describe=False)
-    registry.register(LedgerCollector(context))
+    registry.register(LedgerCollector(context, sender.view))
     return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
 
 
 class LedgerCollector(Collector):
-    """Reads the broker once for each scrape."""
+    """Reads the broker once for each scrape.
 
-    def __init__(self, context: Context) -> None:
+    Args:
+        context: where to.
+        project: whose jobs are counted; None for all, and the processes beside them.
+    """
+
+    def __init__(self, context: Context, project: str | None) -> None:
         self._context = context
+        self._project = project
 
     def collect(self) -> Iterable[Metric]:
         """Every metric with its present value.
@@ -67,8 +74,10 @@ class LedgerCollector(Collector):
         Raises:
             RedisError: the broker is unreachable.
         """
-        counters = self._context.ledger.index.counters()
+        counters = self._context.ledger.index.counters(self._project)
         yield from self._present()
+        if self._project is None:
+            yield from self._of_the_installation(counters)
         yield _by_label(
             "meshcone_transitions",
             "Steps of jobs from one state to another; none is from 'new'.",
@@ -100,13 +109,6 @@ class LedgerCollector(Collector):
                 if name.startswith("seconds:")
             },
         )
-        outcomes = get_args(Outcome)
-        yield _by_label(
-            "meshcone_webhooks",
-            "Webhooks by what became of them; those dropped were too many, or could not be read.",
-            ("outcome",),
-            {(outcome,): counters.get(f"webhooks:{outcome}", 0) for outcome in outcomes},
-        )
         yield _by_label(
             "meshcone_outputs",
             "Results to be put somewhere, by what became of them.",
@@ -125,10 +127,12 @@ class LedgerCollector(Collector):
             "meshcone_jobs", "Jobs by state; an ended one until it expires.", labels=["state"]
         )
         for state in get_args(JobState):
-            jobs.add_metric([state], index.count(state))
+            jobs.add_metric([state], index.count(state, self._project))
         yield jobs
         yield GaugeMetricFamily(
-            "meshcone_queue_depth", "Jobs that wait for a worker.", value=index.count("queued")
+            "meshcone_queue_depth",
+            "Jobs that wait for a worker.",
+            value=index.count("queued", self._project),
         )
         oldest = GaugeMetricFamily(
             "meshcone_oldest_job_seconds",
@@ -137,8 +141,25 @@ class LedgerCollector(Collector):
         )
         waiting: tuple[JobState, ...] = ("queued", "running")
         for state in waiting:
-            oldest.add_metric([state], index.longest(state))
+            oldest.add_metric([state], index.longest(state, self._project))
         yield oldest
+
+    def _of_the_installation(self, counters: Mapping[str, float]) -> Iterable[Metric]:
+        index = self._context.ledger.index
+        divided = GaugeMetricFamily(
+            "meshcone_project_jobs", "Jobs by project and state.", labels=["project", "state"]
+        )
+        for project in index.projects():
+            for state in get_args(JobState):
+                divided.add_metric([project, state], index.count(state, project))
+        yield divided
+        outcomes = get_args(Outcome)
+        yield _by_label(
+            "meshcone_webhooks",
+            "Webhooks by what became of them; those dropped were too many, or could not be read.",
+            ("outcome",),
+            {(outcome,): counters.get(f"webhooks:{outcome}", 0) for outcome in outcomes},
+        )
         yield GaugeMetricFamily(
             "meshcone_workers",
             "Workers that have been heard of lately.",

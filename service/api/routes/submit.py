@@ -105,7 +105,7 @@ async def _accept(
     form: SubmittedForm, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
     require_signable(form, sender, context)
-    submission = await run_in_threadpool(gather, form, context)
+    submission = await run_in_threadpool(gather, form, sender, context)
     if claim is not None:
         made = await run_in_threadpool(made_before, submission, claim, context)
         if made is not None:

@@ -142,21 +142,24 @@ class Submission:
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
-def gather(form: SubmittedForm, context: Context) -> Submission:
+def gather(form: SubmittedForm, sender: Sender, context: Context) -> Submission:
     """Find every file of a submission, and keep those that are stored from vanishing.
 
     Raises:
-        InputError: a file that is named was not sent before, or is no longer there.
+        InputError: a file that is named was not sent before by the sender's project, or is no
+            longer there.
     """
     job_id = new_job_id()
 
     def all_of(files: tuple[AnyFile, ...]) -> tuple[IncomingFile, ...]:
-        return tuple(_incoming(file, job_id, context) for file in files)
+        return tuple(_incoming(file, job_id, sender, context) for file in files)
 
     return Submission(
         job_id=job_id,
-        source=_incoming(form.source, job_id, context),
-        reference=None if form.reference is None else _incoming(form.reference, job_id, context),
+        source=_incoming(form.source, job_id, sender, context),
+        reference=None
+        if form.reference is None
+        else _incoming(form.reference, job_id, sender, context),
         source_resources=all_of(form.source_resources),
         reference_resources=all_of(form.reference_resources),
         resources=all_of(form.resources),
@@ -250,28 +253,33 @@ def accept(
         webhook=submission.webhook,
         outputs=dict(submission.outputs),
         owner=sender.owner,
+        project=sender.project,
         context=sender.context,
     )
     if sender.key is None:
-        return _enter(record, submission, claim, context)
+        return _enter(record, submission, claim, sender, context)
     context.quotas.reserve(sender.key, record.id, submission.size)
     try:
-        return _enter(record, submission, claim, context)
+        return _enter(record, submission, claim, sender, context)
     finally:
         context.quotas.settle(sender.key, record.id, submission.size)
 
 
 def _enter(
-    record: JobRecord, submission: Submission, claim: Claim | None, context: Context
+    record: JobRecord,
+    submission: Submission,
+    claim: Claim | None,
+    sender: Sender,
+    context: Context,
 ) -> JobRecord:
     context.register.lease({file.digest for file in record.stored_files}, record.id)
-    context.blobs.put_files(
-        {
-            each.file.digest: each.upload.file
-            for each in submission.files
-            if each.upload is not None and isinstance(each.file, StoredFile)
-        }
-    )
+    uploads = {
+        each.file.digest: each.upload.file
+        for each in submission.files
+        if each.upload is not None and isinstance(each.file, StoredFile)
+    }
+    new = {digest for digest in uploads if not context.register.is_had(digest, sender.view)}
+    context.blobs.put_files(uploads, anew=new)
     key = None
     if claim is not None:
         key = BoundKey(claim.place, submission.fingerprint(), KEY_REMEMBERED)
@@ -300,22 +308,25 @@ def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str | None, ...]]
     return [file.identity() for file in files]
 
 
-def _incoming(file: AnyFile, job_id: str, context: Context) -> IncomingFile:
+def _incoming(file: AnyFile, job_id: str, sender: Sender, context: Context) -> IncomingFile:
     if isinstance(file, RemoteFile):
         return IncomingFile(file)
     if isinstance(file, Upload):
         stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
         return IncomingFile(stored, file)
+    unknown = InputError(
+        f"there is no file with the SHA-256 {file.sha256}; send it first, "
+        f"by PUT /v1/blobs/{file.sha256}",
+        file=file.name,
+    )
+    if not context.register.is_had(file.sha256, sender.view):
+        raise unknown
     # Leased before it is looked for: what is found then stays.
     context.register.lease({file.sha256}, job_id)
     try:
         size = context.blobs.size(file.sha256)
     except (FileNotFoundError, DamagedFileError):
-        raise InputError(
-            f"there is no file with the SHA-256 {file.sha256}; send it first, "
-            f"by PUT /v1/blobs/{file.sha256}",
-            file=file.name,
-        ) from None
+        raise unknown from None
     return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size))
 
 
