@@ -57,6 +57,13 @@ class SurfaceOptions(Section):
         le=1000,
         description="first round, counted from 0, in which samples of the source's faces pull",
     )
+    guards: int = Field(
+        3,
+        ge=0,
+        le=20,
+        description="rounds after the schedule, with effort best, that mend faces which pass "
+        "through others or turn their backs on the reference, where it comes to that; 0: none",
+    )
     reach: Weight = Field(
         4.0,
         description="how far from the source a reference sample may lie and still pull, in "

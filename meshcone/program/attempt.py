@@ -73,6 +73,7 @@ class Attempt:
         self.name, self._problem, self._options = name, problem, options
         self._rounds = problem.rounds if rounds is None else rounds
         self.positions = problem.start
+        self._solved = 0
         self.records: list[RoundRecord] = []
         self.finish: Finish | None = None
         self._known: Sequence[Multipliers] = ()
@@ -84,13 +85,28 @@ class Attempt:
         return self._problem.request
 
     @property
+    def guards(self) -> int:
+        """How many guard rounds may follow."""
+        return self._problem.guarded_rounds - self._problem.rounds
+
+    @property
     def rounds_left(self) -> int:
         """Rounds that are not solved."""
-        return 0 if self.finish is not None else self._rounds - len(self.records)
+        return 0 if self.finish is not None else self._rounds - self._solved
 
     def shortened(self, rounds: int) -> Attempt:
         """Return an attempt from the same start that ends after fewer rounds, unsolved."""
         return Attempt(self.name, self._problem, self._options, rounds=rounds)
+
+    def guarded(self) -> Attempt:
+        """Return an attempt that goes on from this one's end with guard rounds, unsolved."""
+        last = self._problem.guarded_rounds
+        further = Attempt(self.name, self._problem, self._options, rounds=last)
+        # A schedule that ended early leaves rounds out: guard rounds keep their numbers.
+        further._solved = self._problem.rounds
+        further.positions, further._known = self.positions, self._known
+        further.records = list(self.records)
+        return further
 
     def advance(self, rounds: int, count: Countdown) -> None:
         """Solve rounds until so many are, or the last one is.
@@ -98,7 +114,7 @@ class Attempt:
         Raises:
             ContradictionError, SolveTimeoutError, InternalError: from the solvers.
         """
-        while self.finish is None and len(self.records) < min(rounds, self._rounds):
+        while self.finish is None and self._solved < min(rounds, self._rounds):
             self._solve_next(count)
 
     def complete(self, count: Countdown) -> Finish:
@@ -125,7 +141,7 @@ class Attempt:
     def _solve_next(self, count: Countdown) -> None:
         require_time()
         started = time.perf_counter()
-        index, before = len(self.records), self.positions
+        index, before = self._solved, self.positions
         objective, families = self._problem.program(index, before)
         if index == 0:
             require_feasible(families, self._problem.source.vertices, self._options)
@@ -141,6 +157,7 @@ class Attempt:
         elapsed = time.perf_counter() - started
         self.records.append(record_round(index, solution, families, before, elapsed))
         self.positions, self._known = solution.positions, solution.multipliers
+        self._solved += 1
         if last:
             self.finish = Finish(index, before, solution)
             self._final = FinalProgram(

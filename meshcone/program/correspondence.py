@@ -37,8 +37,9 @@ def round_objective(
     """Build a round's objective from the positions of the round before.
 
     Args:
-        round_index: counted from 0. By default the first round uses no reverse term: the
-            input is too rough for samples of the reference to know where on it they belong.
+        round_index: counted from 0; beyond the schedule its last fairness holds. By default the
+            first round uses no reverse term: the input is too rough for samples of the reference
+            to know where on it they belong.
         moving: the source where the previous round left it, in the reference's frame.
         reference: the prepared reference.
         structure: what stays of the source.
@@ -68,15 +69,14 @@ def round_objective(
         seed = reference.seed + round_index
         pulls.append(_face_term(moving, reference, structure, options, carried_along, seed))
     backward, carried = _together(pulls)
+    weight = options.fairness[min(round_index, len(options.fairness) - 1)]
     return SurfaceObjective(
         forward=forward,
         backward=backward,
         carried=carried,
         previous=moving.vertices,
         proximity=options.proximity,
-        fairness=structure.fairness(
-            options.fairness[round_index], options.fairness_knee, carried_along, normals
-        ),
+        fairness=structure.fairness(weight, options.fairness_knee, carried_along, normals),
     )
 
 

@@ -45,7 +45,7 @@ def candidates(options: Options) -> list[Candidate]:
     """
     base = options.surface
     if options.effort == "fast":
-        return [Candidate("as set", base)]
+        return [Candidate("as set", _with(base, guards=0))]
     finished = base.fairness + _FINISHING
     later = len(_SMOOTHING)
     from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}

@@ -11,17 +11,25 @@ from meshcone.program.answer import RefinedPositions
 from meshcone.program.attempt import Attempt, Countdown, RoundCallback
 from meshcone.program.confirm import confirm_optimum
 from meshcone.program.effort import Candidate, candidates
+from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.records import record_round
 from meshcone.program.round_solver import RoundSolution, finish_by_scs
 from meshcone.program.stretching import LARGEST, stretched
 from meshcone.program.surface_problem import SurfaceProblems
-from meshcone.quality.harm import HarmCheck
+from meshcone.quality.harm import Examined, HarmCheck
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Floats
 
 _SCORING_SAMPLES = 4000
 # Settings this close after the race finish both: the last rounds may turn them around.
 _CLOSE_RACE = 1.1
+# Guard rounds follow where more than so many faces, and than this share of them, are amiss. Where
+# it is more than that share they mend too little, as on a sheet, half of whose faces are opposed.
+# They may cost this much of the distance.
+_FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
+_MENDING_COST = 1.02
+# Attempts whose earlier rounds are looked at where none's last will do.
+_LOOKED_AT_AGAIN = 2
 # From this mean distance on, in the reference's radius, the source is stretched as well.
 _FAR = 0.06
 
@@ -83,7 +91,7 @@ class SurfaceRefiner:
         """
         free = self._options.cones == ConeOptions() and self._problems.start is None
         small = len(self._source.vertices) <= LARGEST
-        return free and small and harm.input_distance > _FAR
+        return free and small and harm.input.distances.mean > _FAR
 
     def _attempt(self, candidate: Candidate) -> Attempt:
         problem = self._problems.problem(candidate)
@@ -120,7 +128,7 @@ class SurfaceRefiner:
             if answer is not None:
                 return answer
             reasons = reasons or objections
-        for attempt in attempts:
+        for attempt in attempts[:_LOOKED_AT_AGAIN]:
             answer = self._earlier(attempt, harm)
             if answer is not None:
                 return answer
@@ -135,15 +143,46 @@ class SurfaceRefiner:
         """Complete an attempt; confirm its answer, or say what speaks against it."""
         require_time()
         solution = attempt.complete(count).solution
-        found = harm.objections(solution.positions)
-        if not found:
+        found = harm.examine(solution.positions)
+        guarded = self._guarded_end(attempt, harm, found)
+        if guarded is not None:
+            attempt.let_go()
+            attempt, found = guarded
+            solution = attempt.complete(count).solution
+        if not found.objections:
             answer = self._confirmed(attempt, solution)
             # SCS may have gone on from where the dual method's budget was spent.
-            found = [] if solution.converged else harm.objections(answer.positions)
-            if not found:
+            if not solution.converged:
+                found = harm.examine(answer.positions)
+            if not found.objections:
                 return answer, []
         attempt.let_go()
-        return None, found
+        return None, found.objections
+
+    def _guarded_end(
+        self, attempt: Attempt, harm: HarmCheck, found: Examined
+    ) -> tuple[Attempt, Examined] | None:
+        """Go on with guard rounds where much is amiss; None where that mends nothing.
+
+        Args:
+            attempt: completed.
+            harm: the input.
+            found: what the attempt's answer looks like.
+        """
+        faces = len(self._source.faces)
+        fewest = max(_FEWEST_AMISS, _AMISS_SHARE * faces)
+        if not (attempt.guards and fewest < found.amiss <= _MOST_AMISS_SHARE * faces):
+            return None
+        guarded = attempt.guarded()
+        try:
+            solution = guarded.complete(Countdown(None, 0)).solution
+        except ContradictionError:  # of a tolerance band, which follows the round's own start
+            return None
+        mended = harm.examine(solution.positions)
+        mends = mended.amiss < found.amiss and not mended.objections
+        near = mended.distances.mean <= _MENDING_COST * found.distances.mean
+        better = mends and (near or bool(found.objections))
+        return (guarded, mended) if better and solution.converged else None
 
     def _earlier(self, attempt: Attempt, harm: HarmCheck) -> RefinedPositions | None:
         """Confirm the last round of an attempt whose answer nothing speaks against.
@@ -153,7 +192,8 @@ class SurfaceRefiner:
         better round; the first round is none of a start elsewhere.
         """
         assert attempt.finish is not None  # noqa: S101 - asked of completed attempts only
-        if not harm.comes_closer(attempt.finish.solution.positions):
+        end = harm.examine(attempt.finish.solution.positions)
+        if end.distances.mean >= harm.input.distances.mean:
             return None
         silent = Countdown(None, 0)
         again, last = attempt.shortened(len(attempt.records)), 0

@@ -10,6 +10,7 @@ from meshcone.options import Options, SurfaceOptions
 from meshcone.program.cones import ConeFamily
 from meshcone.program.correspondence import round_objective
 from meshcone.program.effort import Candidate
+from meshcone.program.guards import Guard
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
@@ -30,6 +31,7 @@ class SurfaceProblem:
         request: the cones.
         options: weights and schedule.
         start: (n, 3) where the first round starts.
+        most_pairs: pairs of faces that a guard round may test for passing through each other.
     """
 
     source: Mesh
@@ -38,11 +40,17 @@ class SurfaceProblem:
     request: RequestedCones
     options: SurfaceOptions
     start: Floats
+    most_pairs: int
 
     @property
     def rounds(self) -> int:
         """Number of rounds in the schedule."""
         return len(self.options.fairness)
+
+    @property
+    def guarded_rounds(self) -> int:
+        """Number of rounds in the schedule and of guard rounds after it."""
+        return self.rounds + self.options.guards
 
     def program(
         self, round_index: int, before: Floats
@@ -50,14 +58,21 @@ class SurfaceProblem:
         """Write a round's program.
 
         Args:
-            round_index: counted from 0.
+            round_index: counted from 0; those beyond the schedule are guard rounds.
             before: (n, 3) where the previous round left the vertices.
         """
         moving = self.source.moved_to(before)
         objective = round_objective(
             round_index, moving, self.reference, self.structure, self.options
         )
-        return objective, self.request.families(objective.forward, moving)
+        families = self.request.families(objective.forward, moving)
+        if round_index < self.rounds:
+            return objective, families
+        guard = Guard.of(moving, self.reference, self.structure, self.most_pairs)
+        objective = guard.smoothed(objective, self.structure, round_index - self.rounds)
+        if round_index == self.guarded_rounds - 1:
+            families = [*families, guard.orientation()]
+        return objective, families
 
 
 @dataclass
@@ -105,4 +120,5 @@ class SurfaceProblems:
             ),
             options=chosen,
             start=source.vertices if self.start is None else self.start,
+            most_pairs=self.options.quality.intersection_pairs,
         )

@@ -30,7 +30,7 @@ _DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
 
 
 @dataclass(frozen=True)
-class _Distances:
+class Distances:
     """Of samples and vertices, in both directions; relative to the radius."""
 
     mean: float
@@ -47,6 +47,9 @@ class HarmCheck:
         tree: closest points on the reference.
         intersection_pairs: pairs of faces that may be tested for self-intersections.
         distances: whether it counts that an answer is farther from the reference.
+
+    Attributes:
+        input: the source itself.
     """
 
     def __init__(
@@ -69,22 +72,20 @@ class HarmCheck:
         drawn = sample_surface(source, _SAMPLES, _SEED + 1)
         self._faces = drawn.faces
         self._weights = barycentric_weights(drawn.points, source, drawn.faces)
-        self._input = self._distances(source)
+        self.input = Examined(self, source)
 
-    @property
-    def input_distance(self) -> float:
-        """The mean distance of the input from the reference, both ways, in its radius."""
-        return self._input.mean
-
-    def comes_closer(self, positions: Floats) -> bool:
-        """Tell whether the mean distance of the source at (n, 3) positions is the smaller one."""
-        return self._distances(self._source.moved_to(positions)).mean < self._input.mean
+    def examine(self, positions: Floats) -> Examined:
+        """Look at the source at (n, 3) positions."""
+        return Examined(self, self._source.moved_to(positions))
 
     def objections(self, positions: Floats) -> list[str]:
         """Say in what the source at (n, 3) positions is worse than the source, a clause each."""
-        mesh = self._source.moved_to(positions)
-        was, now = self._input, self._distances(mesh)
-        found = [
+        return self.examine(positions).objections
+
+    def farther(self, now: Distances) -> list[str]:
+        """Say which distances have grown beyond what is allowed."""
+        was = self.input.distances
+        return [
             f"{what} distance grows from {before:.3g} to {after:.3g} of the radius"
             for what, before, after, share, rounding in (
                 ("the mean", was.mean, now.mean, _MEAN_SHARE, 0.0),
@@ -93,43 +94,40 @@ class HarmCheck:
             )
             if self._distances_count and after > (1 + share) * before + rounding
         ]
-        much_closer = now.mean <= _MUCH_CLOSER * was.mean
-        share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
-        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(mesh.faces)))
-        return found or self._defects(mesh, max(few, int(share * len(mesh.faces))))
 
-    def _defects(self, mesh: Mesh, allowed: int) -> list[str]:
-        found = []
-        turned = self._opposed(mesh) - self._opposed(self._source)
+    def defects(self, now: Examined) -> list[str]:
+        """Say which defects there are more of than is allowed."""
+        was, found = self.input, []
+        much_closer = now.distances.mean <= _MUCH_CLOSER * was.distances.mean
+        share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
+        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(self._source.faces)))
+        allowed = max(few, int(share * len(self._source.faces)))
+        turned = now.opposed - was.opposed
         if turned > allowed:
             found.append(f"{turned:,} more faces turn their backs on the reference")
-        more = self._more_crossing(mesh)
+        more = self._grown(was.crossing, now.crossing)
         # Where the reference's own faces pass through each other, so will those that follow it.
-        if more > allowed and more > self._crossing_of_reference - (self._crossing or 0):
+        if more > allowed and more > self._crossing_of_reference - (was.crossing or 0):
             found.append(f"{more:,} more pairs of faces pass through each other")
-        torn, was = count_cracks(mesh, self._pairs), count_cracks(self._source, self._pairs)
-        if torn is not None and was is not None and torn - was > allowed:
-            found.append(f"{torn - was:,} more edges of open borders lie along another border")
+        torn = self._grown(was.cracks, now.cracks)
+        if torn > allowed:
+            found.append(f"{torn:,} more edges of open borders lie along another border")
         return found
 
-    def _more_crossing(self, mesh: Mesh) -> int:
-        """Count the pairs of faces that pass through each other beyond the input's."""
-        crossed, crossing = count_self_intersections(mesh, self._pairs), self._crossing
-        return 0 if crossed is None or crossing is None else crossed - crossing
-
-    @cached_property
-    def _crossing(self) -> int | None:
-        return count_self_intersections(self._source, self._pairs)
+    @staticmethod
+    def _grown(before: int | None, after: int | None) -> int:
+        return 0 if before is None or after is None else after - before
 
     @cached_property
     def _crossing_of_reference(self) -> int:
-        return count_self_intersections(self._tree.mesh, self._pairs) or 0
+        return self.crossing(self._tree.mesh) or 0
 
     @cached_property
     def _orientation(self) -> float:
         return 1.0 if np.mean(self._agreement(self._source)) >= 0 else -1.0
 
-    def _distances(self, mesh: Mesh) -> _Distances:
+    def measured(self, mesh: Mesh) -> Distances:
+        """Measure the distances of a mesh with the source's faces."""
         # The same places on the mesh before and after: areas change, and a part that the
         # reference lacks would weigh more beside one that has become smooth.
         carried = np.einsum("ij,ijk->ik", self._weights, mesh.corners[self._faces])
@@ -137,16 +135,62 @@ class HarmCheck:
         corners = self._tree.closest(mesh.vertices[mesh.used_vertices]).distances
         back = SurfaceTree(mesh).closest(self._targets).distances
         sampled = back[:_SAMPLES]
-        return _Distances(
+        return Distances(
             mean=float((there.mean() + sampled.mean()) / 2),
             p95=float(max(np.quantile(there, 0.95), np.quantile(sampled, 0.95))),
             max=float(max(there.max(), corners.max(), back.max())),
         )
 
-    def _opposed(self, mesh: Mesh) -> int:
+    def crossing(self, mesh: Mesh) -> int | None:
+        """Count pairs of faces that pass through each other; None where that is too much."""
+        return count_self_intersections(mesh, self._pairs)
+
+    def cracks(self, mesh: Mesh) -> int | None:
+        """Count edges of open borders along other borders; None where that is too much."""
+        return count_cracks(mesh, self._pairs)
+
+    def opposed(self, mesh: Mesh) -> int:
+        """Count faces that turn their backs on the closest triangle of the reference."""
         return int(np.count_nonzero(self._orientation * self._agreement(mesh) < 0))
 
     def _agreement(self, mesh: Mesh) -> Floats:
         """Return the cosine between each face and the closest face of the reference, (m,)."""
         closest = self._tree.closest(mesh.corners.mean(axis=1))
         return row_dot(mesh.face_normals, self._tree.mesh.face_normals[closest.faces])
+
+
+class Examined:
+    """One mesh held against the input; each count is made when it is first asked for."""
+
+    def __init__(self, check: HarmCheck, mesh: Mesh) -> None:
+        self._check, self._mesh = check, mesh
+
+    @cached_property
+    def distances(self) -> Distances:
+        """How far it is from the reference."""
+        return self._check.measured(self._mesh)
+
+    @cached_property
+    def opposed(self) -> int:
+        """Faces that turn their backs on the closest triangle of the reference."""
+        return self._check.opposed(self._mesh)
+
+    @cached_property
+    def crossing(self) -> int | None:
+        """Pairs of faces that pass through each other; None where counting takes too long."""
+        return self._check.crossing(self._mesh)
+
+    @cached_property
+    def cracks(self) -> int | None:
+        """Edges of open borders that lie along others; None where counting takes too long."""
+        return self._check.cracks(self._mesh)
+
+    @property
+    def amiss(self) -> int:
+        """Opposed faces and crossing pairs together."""
+        return self.opposed + (self.crossing or 0)
+
+    @cached_property
+    def objections(self) -> list[str]:
+        """In what it is worse than the input, a clause each; defects where distances are not."""
+        return self._check.farther(self.distances) or self._check.defects(self)

@@ -35,21 +35,28 @@ def count_self_intersections(mesh: Mesh, most_pairs: int) -> int | None:
     Returns:
         The count, or None where a position is not finite or the search would take too long.
     """
+    found = self_intersections(mesh, most_pairs)
+    return None if found is None else len(found)
+
+
+def self_intersections(mesh: Mesh, most_pairs: int) -> Ints | None:
+    """Find the pairs of faces that :func:`count_self_intersections` counts, (k, 2)."""
     if not np.isfinite(mesh.vertices[mesh.used_vertices]).all():
         return None
     corners = mesh.corners
     low, high = corners.min(axis=1), corners.max(axis=1)
     solid = np.flatnonzero(mesh.face_areas > 0)
-    if len(solid) == 0:
-        return 0
+    found = [np.empty((0, 2), dtype=np.int64)]
+    if not len(solid):
+        return found[0]
     touching = _TOUCHING * float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
-    found = 0
     try:
         for first, second in overlapping_pairs(low[solid], high[solid], most_pairs):
-            found += int(_cross(mesh, solid[first], solid[second], touching).sum())
+            crossing = _cross(mesh, solid[first], solid[second], touching)
+            found.append(np.stack([solid[first[crossing]], solid[second[crossing]]], axis=1))
     except TooManyPairsError:
         return None
-    return found
+    return np.concatenate(found)
 
 
 def _cross(mesh: Mesh, first: Ints, second: Ints, touching: float) -> Bools:

@@ -10,6 +10,7 @@ from meshcone.program.cones.one_side import (
     StayingFaces,
     StayingVertices,
 )
+from meshcone.program.cones.orientation import Orientation
 from meshcone.program.cones.pin import Pins
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "DisplacementCaps",
     "EdgeCaps",
     "OneSide",
+    "Orientation",
     "Pins",
     "StayingEdges",
     "StayingFaces",

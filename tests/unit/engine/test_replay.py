@@ -14,6 +14,7 @@ from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.verbs.replay import verify_by_replay
 from tests import shapes
+from tests.meshes import sphere, torus
 from tests.unit.certificate.forging import Forgery
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import CAPPED, rough, smooth
@@ -56,6 +57,20 @@ def test_a_start_that_was_stretched_is_replayed() -> None:
 
     assert found.report.solver.candidate == "stretching"
     assert found.report.outcome == "improved"
+    assert replayed(found).ok
+
+
+def test_guard_rounds_are_replayed() -> None:
+    ring = torus(32, 16, tube=0.4)
+    reference = MeshFile("ring.obj", shapes.obj(ring.vertices, ring.faces))
+    ball = sphere(3)
+
+    found = Evidence.of(MeshFile("ball.obj", shapes.obj(ball.vertices, ball.faces)), reference, {})
+
+    certificate = found.report.certificate
+    assert certificate is not None
+    assert certificate.holds
+    assert certificate.cones["orientation"] > 0
     assert replayed(found).ok
 
 

@@ -15,6 +15,7 @@ from meshcone.program.cones import (
     DisplacementCaps,
     EdgeCaps,
     OneSide,
+    Orientation,
     Pins,
     StayingEdges,
     StayingFaces,
@@ -177,6 +178,7 @@ def test_a_moved_vertex_is_no_optimum(
         EdgeCaps.relative(torus(8, 6), 1.1),
         DisplacementCaps.uniform(torus(8, 6).vertices, 0.1),
         Pins.at(torus(8, 6).vertices, np.array([0, 5, 9])),
+        Orientation.at(torus(8, 6), torus(8, 6).face_normals, np.ones(96, dtype=bool)),
         ToleranceBand(
             np.arange(48)[:, None], torus(8, 6).vertices, torus(8, 6).vertex_normals, 0.02
         ),
