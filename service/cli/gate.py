@@ -170,13 +170,14 @@ def _jobs(
     label: str | None,
 ) -> list[GateJob]:
     from service.gating.job import GateJob
+    from service.gating.pairs import shown
 
     read = functools.cache(choice.read)
     jobs = []
     for pair in pairs:
         if pair.reference is None:
             if refine:
-                raise InputError("--refine needs a reference", file=str(pair.source))
+                raise InputError("--refine needs a reference", file=shown(pair.source))
             mode: Mode = "audit"
         else:
             mode = "refine" if refine else "measure"

@@ -10,12 +10,13 @@ import typer
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
-from service.cli.arguments import Assignments, Per, Source, options_from
+from service.cli.arguments import Assignments, Per, options_from
 from service.cli.missed import missed_lines
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from service.api.schemas import Job
+    from meshcone.files import MeshFile
+    from service.api.schemas import Job, LinkedFile
     from service.client import Client
 
 _NOT_REACHED = 1  # exit code
@@ -23,12 +24,19 @@ _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
 
 def command(
-    source: Source,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="The mesh: a file, or https:// or s3:// for the service to fetch it.",
+            show_default=False,
+        ),
+    ],
     reference: Annotated[
-        Path | None,
+        str | None,
         typer.Argument(
             metavar="REFERENCE",
-            help="The mesh it should have been; only the mode audit can do without.",
+            help="The mesh it should have been, likewise; only the mode audit can do without.",
             show_default=False,
         ),
     ] = None,
@@ -67,19 +75,21 @@ def command(
     within=0.5mm) is not reached. Without either it prints where the job is and waits for nothing.
     An API key is taken from MESHCONE_API_KEY.
     """
+    from service.client.links import is_link
+
     options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
     if reference is None and options.mode != "audit":
         raise InputError("REFERENCE is missing: only the mode audit can do without")
     listed = options.cones.pin.vertices_file
-    beside = [] if listed is None else [source.parent / listed]
-    require_places(
-        (out, report, report and certificate_path(report)),
-        [*files_of(source), *(files_of(reference) if reference else ()), *beside],
-    )
-    source_file = read_local(source, listed)
-    reference_file = None if reference is None else read_local(reference)
+    paths = [Path(mesh) for mesh in (source, reference) if mesh and not is_link(mesh)]
+    read = [file for path in paths for file in files_of(path)]
+    if listed is not None and not is_link(source):
+        read.append(Path(source).parent / listed)
+    require_places((out, report, report and certificate_path(report)), read)
+    source_file = _file(source, listed)
+    reference_file = None if reference is None else _file(reference)
 
     import httpx2
 
@@ -109,6 +119,12 @@ def command(
     for line in missed:
         typer.echo(line, err=True)
     return _NOT_REACHED if missed else 0
+
+
+def _file(mesh: str, listed: str | None = None) -> MeshFile | LinkedFile:
+    from service.client.links import is_link, link_to
+
+    return link_to(mesh) if is_link(mesh) else read_local(Path(mesh), listed)
 
 
 def _ended(client: Client, job: Job) -> Job:

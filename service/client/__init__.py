@@ -1,5 +1,6 @@
 """The Python client of the API."""
 
+from service.api.schemas import LinkedFile, OutputPlace
 from service.client.client import Client, ServiceError
 
-__all__ = ["Client", "ServiceError"]
+__all__ = ["Client", "LinkedFile", "OutputPlace", "ServiceError"]

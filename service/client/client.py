@@ -28,18 +28,21 @@ from service.api.schemas import (
     Deletion,
     Job,
     JobList,
+    LinkedFile,
     ListedJob,
     NamedBlob,
+    OutputPlace,
     SentFile,
     job_path,
 )
 from service.client.patience import Patience
 from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
-from worker.jobs.records import FINAL_STATES
+from worker.jobs.records import FINAL_STATES, OutputName
 
 REQUEST_TIMEOUT = 60.0  # seconds
 PATIENCE = 120.0  # seconds
 
+_ByName = NamedBlob | LinkedFile
 _FIRST_LOOK = 0.05  # seconds
 _GROWTH = 1.5  # of the pause between two looks
 _PASSING = frozenset({429, 502, 503, 504})  # statuses after which to try again
@@ -104,15 +107,16 @@ class Client:
 
     def submit(
         self,
-        source: MeshLike | NamedBlob,
-        reference: MeshLike | NamedBlob | None = None,
+        source: MeshLike | NamedBlob | LinkedFile,
+        reference: MeshLike | NamedBlob | LinkedFile | None = None,
         options: Mapping[str, Any] | None = None,
         *,
-        source_resources: Iterable[MeshFile | NamedBlob] = (),
-        reference_resources: Iterable[MeshFile | NamedBlob] = (),
-        resources: Iterable[MeshFile | NamedBlob] = (),
+        source_resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
+        reference_resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
+        resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
         labels: Sequence[str] = (),
         webhook: str | None = None,
+        outputs: Mapping[OutputName, OutputPlace] | None = None,
         idempotency_key: str | None = None,
     ) -> Job:
         """Submit a mesh and its reference, if it has one, each with its own resources.
@@ -121,7 +125,7 @@ class Client:
 
         Args:
             source: the mesh, as :func:`meshcone.refine` takes it, with the resources it has; or
-                what :meth:`upload` has made of it.
+                what :meth:`upload` has made of it; or a ``LinkedFile``, which the service fetches.
             reference: the mesh it should have been, likewise; None where the option ``mode`` is
                 ``audit`` and there is none.
             options: those that are not to be the default.
@@ -130,6 +134,7 @@ class Client:
             resources: files that both name; none of them is sent for one of the two as well.
             labels: names to find the job by.
             webhook: where the service is to say that the job has ended.
+            outputs: where the service is to put what the job makes, by name.
             idempotency_key: submissions of the same content with the same key make one job;
                 by default, each call makes one.
         """
@@ -141,10 +146,13 @@ class Client:
         ]
         if webhook is not None:
             parts.append(("webhook", (None, webhook)))
+        if outputs:
+            places = {name: place.model_dump(mode="json") for name, place in outputs.items()}
+            parts.append(("outputs", (None, json.dumps(places))))
         for side, mesh in (("source", source), ("reference", reference)):
             if mesh is None:
                 continue
-            file = mesh if isinstance(mesh, NamedBlob) else load_unread(mesh, side)
+            file = mesh if isinstance(mesh, _ByName) else load_unread(mesh, side)
             if side == "source" and isinstance(file, LoadedMesh):
                 file = file.with_file(_listed(options or {}))
             parts.append((side, _content(file)))
@@ -316,8 +324,8 @@ class Client:
                 return answer
 
 
-def _content(file: MeshFile | NamedBlob) -> tuple[str | None, str | bytes]:
-    if isinstance(file, NamedBlob):
+def _content(file: MeshFile | NamedBlob | LinkedFile) -> tuple[str | None, str | bytes]:
+    if isinstance(file, _ByName):
         return None, file.model_dump_json()
     return file.name, file.data
 

@@ -13,11 +13,14 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
 from typing import TYPE_CHECKING, get_args
 
-from meshcone.errors import InternalError, LimitError, MeshConeError
+from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
+from meshcone.files import MeshFile
 from meshcone.gates.results import AssetResult, AssetView
 from meshcone.local_files import read_local
 from meshcone.options import Mode
+from service.api.schemas import LinkedFile
 from service.gating.job import GateJob, Judgement, judged
+from service.gating.pairs import Place, shown
 from worker.lifeline import die_with_parent
 
 if TYPE_CHECKING:
@@ -111,9 +114,15 @@ def _child(sender: Connection, job: GateJob) -> None:
     sender.send(answer)
 
 
+def _read(place: Place, listed: str | None = None) -> MeshFile:
+    if isinstance(place, LinkedFile):
+        raise InputError("is a URL, which only a service fetches: give --server", file=shown(place))
+    return read_local(place, listed)
+
+
 def _judgement(job: GateJob) -> Judgement:
-    source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
-    reference = None if job.pair.reference is None else read_local(job.pair.reference)
+    source = _read(job.pair.source, job.options.cones.pin.vertices_file)
+    reference = None if job.pair.reference is None else _read(job.pair.reference)
     done: Measurement | Refinement
     if job.options.mode == "audit" or reference is None:
         from meshcone.verbs.audit import audit

@@ -19,6 +19,10 @@ from meshcone.gates.levels import level_of
 from meshcone.local_files import files_of, read_bytes
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 from meshcone.text import as_text
+from service.api.schemas import LinkedFile
+from service.client.links import is_link, link_to, shown_link
+
+Place = Path | LinkedFile
 
 
 @dataclass(frozen=True)
@@ -27,14 +31,15 @@ class Pair:
 
     Attributes:
         name: what globs and reports know it by; its path, unless a manifest says otherwise.
-        source, reference: where the files are; without a reference, the asset is audited.
+        source, reference: where the files are, on this machine or for a service to fetch; without
+            a reference, the asset is audited.
         level: of detail, 1 for the first below the reference; None where it is none. Levels
             with the same reference are a chain.
     """
 
     name: str
-    source: Path
-    reference: Path | None
+    source: Place
+    reference: Place | None
     level: int | None = None
 
     def has(self, files: Iterable[Path]) -> bool:
@@ -43,8 +48,9 @@ class Pair:
         return any(file.resolve() in own for file in files)
 
     def files(self) -> list[Path]:
-        """The meshes and the files beside them that they name."""
-        return files_of(self.source) + ([] if self.reference is None else files_of(self.reference))
+        """The meshes of this machine and the files beside them that they name."""
+        places = (self.source, self.reference)
+        return [file for place in places if isinstance(place, Path) for file in files_of(place)]
 
 
 def single_pair(source: Path, reference: Path | None) -> Pair:
@@ -52,8 +58,13 @@ def single_pair(source: Path, reference: Path | None) -> Pair:
     return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
 
 
-def shown(path: Path) -> str:
-    """A path as reports name it: below the working directory if it is there, else absolute."""
+def shown(path: Place) -> str:
+    """A path as reports name it: below the working directory if it is there, else absolute.
+
+    A URL is shown without its query, which may be a secret.
+    """
+    if isinstance(path, LinkedFile):
+        return shown_link(path.url)
     whole = path.resolve()
     here = Path.cwd()
     path = whole.relative_to(here) if whole.is_relative_to(here) else whole
@@ -65,7 +76,7 @@ _Path = Annotated[str, Field(min_length=1)]
 
 
 class _Entry(BaseModel):
-    """One pair of a manifest, or a chain; paths are relative to the manifest."""
+    """One pair of a manifest, or a chain; paths are relative to the manifest, URLs are not."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -150,13 +161,19 @@ def _pairs(path: Path, entry: _Entry) -> Iterator[Pair]:
         for number, source in enumerate(entry.lod, start=1):
             yield _pair(path, entry, source, number, f"_LOD{number}")
     elif entry.source is not None:
-        level = level_of(entry.source) if entry.lod is None else entry.lod
+        own = shown_link(entry.source) if is_link(entry.source) else entry.source
+        level = level_of(own) if entry.lod is None else entry.lod
         yield _pair(path, entry, entry.source, level)
 
 
 def _pair(path: Path, entry: _Entry, source: str, level: int | None, ending: str = "") -> Pair:
-    name = as_text(Path(source).as_posix()) if entry.name is None else entry.name + ending
-    return Pair(name, path.parent / source, path.parent / entry.reference, level)
+    own = shown_link(source) if is_link(source) else Path(source).as_posix()
+    name = as_text(own) if entry.name is None else entry.name + ending
+    return Pair(name, _place(path, source), _place(path, entry.reference), level)
+
+
+def _place(manifest: Path, written: str) -> Place:
+    return link_to(written) if is_link(written) else manifest.parent / written
 
 
 def _explain(error: ValidationError) -> str:

@@ -9,12 +9,14 @@ from typing import Any
 import httpx2
 
 from meshcone.errors import InternalError, SolveTimeoutError
+from meshcone.files import MeshFile
 from meshcone.gates.results import AssetResult, AssetView
 from meshcone.local_files import read_local
-from service.api.schemas import LABEL_LENGTH
+from service.api.schemas import LABEL_LENGTH, LinkedFile
 from service.client import ServiceError
 from service.client.connection import connect, error_of
 from service.gating.job import GateJob, Judgement, judged
+from service.gating.pairs import Place
 
 JOB_TIMEOUT = 3600.0  # seconds a job may be queued and worked on
 _LOOK_INTERVAL = 1.0  # seconds between looks whether to go on waiting
@@ -49,8 +51,8 @@ class RemoteGatekeeper:
             raise InternalError(f"the service does not answer: {error}") from None
 
     def _judgement(self, job: GateJob) -> Judgement:
-        source = read_local(job.pair.source, job.options.cones.pin.vertices_file)
-        reference = None if job.pair.reference is None else read_local(job.pair.reference)
+        source = _file(job.pair.source, job.options.cones.pin.vertices_file)
+        reference = None if job.pair.reference is None else _file(job.pair.reference)
         document = job.options.model_dump(mode="json", exclude_defaults=True)
         name = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
         labels = [name] if job.label is None else [job.label, name]
@@ -74,3 +76,7 @@ class RemoteGatekeeper:
             preview=None if report["mode"] == "audit" else self._client.preview(job_id),
             pictures=self._client.pictures(job_id),
         )
+
+
+def _file(place: Place, listed: str | None = None) -> MeshFile | LinkedFile:
+    return place if isinstance(place, LinkedFile) else read_local(place, listed)

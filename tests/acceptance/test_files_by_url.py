@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,9 @@ import httpx2
 import pytest
 
 from meshcone.files import MeshFile
-from service.client import Client
+from service.client import Client, LinkedFile, OutputPlace
 from service.stack import Stack
+from tests.acceptance.test_submit import meshcone
 from tests.integration.file_server import FileServer, file_server
 from tests.integration.waiting import wait_for
 from worker.settings import WorkerSettings
@@ -78,6 +80,52 @@ def test_a_pair_is_measured_from_where_it_is_and_its_report_put_where_it_is_want
     assert job["source"]["sha256"] == hashlib.sha256(rough_ball.data).hexdigest()
     assert report["inputs"]["source"]["sha256"] == job["source"]["sha256"]
     assert report["inputs"]["source"]["name"] == "rough.obj"
+
+
+def test_the_command_line_and_a_manifest_take_urls(
+    fetching: Stack, server: FileServer, rough_ball: MeshFile, ball: MeshFile, tmp_path: Path
+) -> None:
+    source = server.has("/a/rough.obj", rough_ball.data)
+    reference = server.has("/a/ball.obj", ball.data)
+    options = ("--set", "quality.samples=256", "--set", "quality.emd_samples=64")
+    report = tmp_path / "report.json"
+    (tmp_path / "pairs.json").write_text(json.dumps([{"source": source, "reference": reference}]))
+    (tmp_path / "gates.toml").write_text('[gates]\n"quality.input.fscore" = { min = 0.0 }\n')
+
+    submitted = meshcone(
+        *("submit", source, reference, "--server", fetching.url, "--report", str(report)),
+        *("--set", "mode=measure", *options),
+    )
+    gated = meshcone(
+        *("gate", "--manifest", str(tmp_path / "pairs.json")),
+        *("--gates", str(tmp_path / "gates.toml"), "--server", fetching.url, *options),
+    )
+    local = meshcone(
+        *("gate", "--manifest", str(tmp_path / "pairs.json")),
+        *("--gates", str(tmp_path / "gates.toml"), *options),
+    )
+
+    assert submitted.returncode == 0, submitted.stderr
+    assert json.loads(report.read_text())["inputs"]["source"]["name"] == "rough.obj"
+    assert gated.returncode == 0, gated.stdout + gated.stderr
+    assert local.returncode != 0
+    assert "only a service fetches" in local.stdout + local.stderr
+
+
+def test_the_client_has_files_fetched_and_results_put(
+    fetching: Stack, server: FileServer, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    source = LinkedFile(url=server.has("/a/rough.obj", rough_ball.data))
+    place = OutputPlace(url=server.has("/out/report.json", b""))
+
+    with Client(fetching.url) as client:
+        job = client.submit(source, ball, MEASURE, outputs={"report": place})
+        done = client.wait(job.id)
+
+        assert done.state == "succeeded"
+        assert done.reference is not None
+        assert done.reference.url is None
+        wait_for(lambda: client.job(job.id).outputs["report"].state == "delivered")
 
 
 def test_a_file_that_is_not_there_fails_its_job_in_words(

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from meshcone.errors import InputError
+from service.api.schemas import LinkedFile
 from service.gating.pairs import Pair, read_manifest, shown, single_pair
 
 TOML = """
@@ -49,6 +50,22 @@ def test_paths_are_relative_to_the_manifest(tmp_path: Path, name: str, text: str
         ),
         Pair("hero", tmp_path / "hero.glb", tmp_path / "masters" / "hero.obj"),
     ]
+
+
+def test_a_url_in_a_manifest_is_for_a_service_to_fetch(tmp_path: Path) -> None:
+    entry = {
+        "source": "https://example.org/mug_LOD2.glb?token=3f9a",
+        "reference": "s3://in/mug.ply",
+    }
+    (tmp_path / "pairs.json").write_text(json.dumps([entry]))
+
+    [pair] = read_manifest(tmp_path / "pairs.json")
+
+    assert pair.name == "https://example.org/mug_LOD2.glb"
+    assert pair.source == LinkedFile(url=entry["source"], resources="relative")
+    assert pair.reference == LinkedFile(url="s3://in/mug.ply")
+    assert pair.level == 2
+    assert (pair.files(), shown(pair.source)) == ([], "https://example.org/mug_LOD2.glb")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,37 @@
+"""Files that a service is to fetch, as people write them where a path could stand."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+
+from pydantic import ValidationError
+
+from meshcone.errors import InputError
+from service.api.schemas import LinkedFile
+from worker.transfers.places import last_name
+
+_SCHEMES = ("https://", "http://", "s3://")
+_GLTF = (".gltf", ".glb")
+
+
+def is_link(text: str) -> bool:
+    """Whether a text is the URL of a file, and no path on this machine."""
+    return text.lower().startswith(_SCHEMES)
+
+
+def link_to(url: str) -> LinkedFile:
+    """A file at a URL; of a glTF with what it names, as a file of this machine is sent.
+
+    Raises:
+        InputError: it is no URL that a service could be asked for.
+    """
+    suffix = PurePosixPath(last_name(url)).suffix.lower()
+    try:
+        return LinkedFile(url=url, resources="relative" if suffix in _GLTF else None)
+    except (ValidationError, ValueError):
+        raise InputError("is no URL that a service could fetch", file=shown_link(url)) from None
+
+
+def shown_link(url: str) -> str:
+    """A URL as messages and reports name it: what follows a question mark may be a secret."""
+    return url.partition("?")[0]
