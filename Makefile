@@ -83,7 +83,7 @@ $(VENV)/bin/python:
 
 # What the program needs, and nothing of what its tests need.
 $(STAMP): pyproject.toml constraints.txt | $(VENV)/bin/python
-	@echo "Installing MeshCone into $(VENV): about 700 MB, a minute or two"
+	@echo "Installing MeshCone into $(VENV): about 900 MB, a minute or two"
 	$(INSTALL) --editable .
 	touch $@
 

@@ -32,7 +32,8 @@ def main() -> None:
     upkeep = UpkeepProcess()
     upkeep.keep()
 
-    import worker.run.task  # 2.5 s of imports, paid here once and not in every horse
+    # 2.5 s of imports, and what has to be compiled: paid here once and not in every horse
+    import worker.run.task
     from worker.broker.connections import connect_bytes, connect_text
     from worker.jobs.heartbeats import Heartbeats
     from worker.jobs.ledger import Ledger

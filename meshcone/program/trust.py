@@ -80,6 +80,9 @@ def across_a_border(
     # The side from a corner to the next lies opposite of the third.
     on_side = np.roll(shares <= _ON_EDGE, -2, axis=1)
     on_border = (on_side & mesh.border_sides[closest.faces]).any(axis=1)
+    # Of the faces around a corner, the one that was found need not have a side on the border.
+    at_corner = shares >= 1 - _ON_EDGE
+    on_border |= (at_corner & mesh.border_vertices[mesh.faces[closest.faces]]).any(axis=1)
     offsets = vertices - closest.points
     along = np.abs(row_dot(offsets, mesh.face_normals[closest.faces]))
     sideways = along < _ALONG_NORMAL * row_lengths(offsets)

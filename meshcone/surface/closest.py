@@ -1,10 +1,9 @@
-"""Exact closest points on a triangle mesh, by libigl's axis-aligned bounding box tree."""
+"""Exact closest points on a triangle mesh."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from meshcone.surface.arrays import Floats, Ints, row_dot
@@ -30,18 +29,19 @@ class SurfaceTree:
     """A mesh prepared for closest-point queries."""
 
     def __init__(self, mesh: Mesh) -> None:
-        """Build the tree; O(m log m) in the number of faces."""
+        """Build the mesh's tree, O(m log m), or refit that of a mesh it was moved from, O(m)."""
         self.mesh = mesh
-        self._tree = igl.AABB()
-        self._tree.init(mesh.vertices, mesh.faces)
+        self._tree = mesh.tree
 
     def closest(self, points: Floats) -> ClosestPoints:
-        """Find the closest point of the mesh to each of (k, 3) points."""
-        squared, faces, closest = self._tree.squared_distance(
-            self.mesh.vertices, self.mesh.faces, np.ascontiguousarray(points)
-        )
-        distances = np.sqrt(np.maximum(np.atleast_1d(squared), 0))
-        return ClosestPoints(distances, np.atleast_1d(faces), np.reshape(closest, (-1, 3)))
+        """Find the closest point of the mesh to each of (k, 3) points.
+
+        Of equally close faces it is the one of the lowest index. A point that is not finite is
+        infinitely far and has face 0. Points that are neighbours are found fastest one after
+        the other.
+        """
+        squared, faces, closest = self._tree.search(np.require(points, np.float64, ["C", "W"]))
+        return ClosestPoints(np.sqrt(squared), faces, closest)
 
 
 def barycentric_weights(points: Floats, mesh: Mesh, faces: Ints) -> Floats:

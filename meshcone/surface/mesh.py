@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,60 @@ from meshcone.surface.arrays import (
     row_lengths,
     sorted_distinct,
 )
+
+if TYPE_CHECKING:
+    from meshcone.surface.box_tree import BoxTree
+
+
+class Connectivity:
+    """What follows from the faces alone, and so is common to a mesh and to where it moves.
+
+    Attributes:
+        tree: of boxes over the faces, of the first of these meshes that needed one; the others
+            refit it.
+    """
+
+    def __init__(self, faces: Ints, vertices: int) -> None:
+        """Describe faces (m, 3) over so many vertices."""
+        self._faces, self._vertices = faces, vertices
+        self.tree: BoxTree | None = None
+
+    @cached_property
+    def used_vertices(self) -> Ints:
+        """Vertices that some face uses, ascending, (u,)."""
+        uses = np.bincount(self._faces.ravel(), minlength=self._vertices)
+        return np.flatnonzero(uses).astype(np.int64)
+
+    @cached_property
+    def edges(self) -> Ints:
+        """Undirected edges (e, 2), each once, smaller index first, in lexicographic order."""
+        a, b, c = np.ascontiguousarray(self._faces.T)
+        from_, to = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+        count = max(self._vertices, 1)
+        keys = sorted_distinct(np.minimum(from_, to) * count + np.maximum(from_, to))
+        edges = np.stack(np.divmod(keys, count), axis=1)
+        return np.asarray(edges[edges[:, 0] != edges[:, 1]], dtype=np.int64)
+
+    @cached_property
+    def border_sides(self) -> Bools:
+        """Whether no other face has a side, (m, 3); side k runs from corner k to the next."""
+        next_corners = np.roll(self._faces, -1, axis=1)
+        low, high = np.minimum(self._faces, next_corners), np.maximum(self._faces, next_corners)
+        keys = (low * max(self._vertices, 1) + high).ravel()
+        order = np.argsort(keys, kind="stable")
+        first = np.diff(keys[order], prepend=-1) != 0
+        last = np.append(first[1:], True) if len(first) else first
+        alone = np.empty(len(keys), dtype=bool)
+        alone[order] = first & last
+        return alone.reshape(-1, 3)
+
+    @cached_property
+    def border_vertices(self) -> Bools:
+        """Whether a vertex lies on an open border, (n,)."""
+        found = np.zeros(self._vertices, dtype=bool)
+        found[self._faces[self.border_sides]] = True
+        found[np.roll(self._faces, -1, axis=1)[self.border_sides]] = True
+        return found
 
 
 @dataclass(frozen=True)
@@ -37,46 +92,44 @@ class Mesh:
     def moved_to(self, vertices: Floats) -> Mesh:
         """Return the mesh with the same faces over other positions (n, 3)."""
         moved = Mesh(vertices, self.faces)
-        if "edges" in self.__dict__:
-            moved.__dict__["edges"] = self.edges
+        moved.__dict__["_connectivity"] = self._connectivity
         return moved
 
     @cached_property
+    def _connectivity(self) -> Connectivity:
+        return Connectivity(self.faces, len(self.vertices))
+
+    @property
     def used_vertices(self) -> Ints:
         """Vertices that some face uses, ascending, (u,)."""
-        uses = np.bincount(self.faces.ravel(), minlength=len(self.vertices))
-        return np.flatnonzero(uses).astype(np.int64)
+        return self._connectivity.used_vertices
 
-    @cached_property
+    @property
     def edges(self) -> Ints:
         """Undirected edges (e, 2), each once, smaller index first, in lexicographic order."""
-        a, b, c = np.ascontiguousarray(self.faces.T)
-        from_, to = np.concatenate([a, b, c]), np.concatenate([b, c, a])
-        count = max(len(self.vertices), 1)
-        keys = sorted_distinct(np.minimum(from_, to) * count + np.maximum(from_, to))
-        edges = np.stack(np.divmod(keys, count), axis=1)
-        return np.asarray(edges[edges[:, 0] != edges[:, 1]], dtype=np.int64)
+        return self._connectivity.edges
 
-    @cached_property
+    @property
     def border_sides(self) -> Bools:
         """Whether no other face has a side, (m, 3); side k runs from corner k to the next."""
-        next_corners = np.roll(self.faces, -1, axis=1)
-        low, high = np.minimum(self.faces, next_corners), np.maximum(self.faces, next_corners)
-        keys = (low * max(len(self.vertices), 1) + high).ravel()
-        order = np.argsort(keys, kind="stable")
-        first = np.diff(keys[order], prepend=-1) != 0
-        last = np.append(first[1:], True) if len(first) else first
-        alone = np.empty(len(keys), dtype=bool)
-        alone[order] = first & last
-        return alone.reshape(-1, 3)
+        return self._connectivity.border_sides
 
-    @cached_property
+    @property
     def border_vertices(self) -> Bools:
         """Whether a vertex lies on an open border, (n,)."""
-        found = np.zeros(len(self.vertices), dtype=bool)
-        found[self.faces[self.border_sides]] = True
-        found[np.roll(self.faces, -1, axis=1)[self.border_sides]] = True
-        return found
+        return self._connectivity.border_vertices
+
+    @cached_property
+    def tree(self) -> BoxTree:
+        """A tree of boxes over the faces."""
+        # Readers of files come by here, and neither search nor need a compiler.
+        from meshcone.surface.box_tree import BoxTree
+
+        kin = self._connectivity.tree
+        if kin is not None:
+            return kin.moved_to(self.vertices)
+        self._connectivity.tree = BoxTree.of(self.vertices, self.faces)
+        return self._connectivity.tree
 
     @cached_property
     def edge_lengths(self) -> Floats:

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-HEAVY = ("cvxpy", "scs", "trimesh", "igl", "meshcone.verbs.refine", "worker.run.task")
+HEAVY = ("cvxpy", "scs", "trimesh", "igl", "numba", "meshcone.verbs.refine", "worker.run.task")
 
 
 @pytest.mark.parametrize(
