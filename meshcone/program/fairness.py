@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.fused import add_smoothed
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats, row_dot
 
@@ -40,12 +41,20 @@ class Fairness:
 
     def apply(self, positions: Floats) -> Floats:
         """Return Lᵀ W L X for (n, 3) positions."""
-        return np.asarray(self._transposed @ self._weighted(self.laplacian @ positions))
+        result = np.zeros_like(positions)
+        self.add_to(result, positions)
+        return result
+
+    def add_to(self, result: Floats, positions: Floats) -> None:
+        """Add Lᵀ W L X to (n, 3) numbers."""
+        L = self.laplacian
+        rows = L.indptr, L.indices, L.data
+        add_smoothed(positions, *rows, self.weights, self.outline, self.normals, result)
 
     @cached_property
     def pulled(self) -> Floats:
         """Lᵀ W T, (n, 3)."""
-        return np.asarray(self._transposed @ self._weighted(self.rest))
+        return np.asarray(self.laplacian.T @ self._weighted(self.rest))
 
     @property
     def value_at_zero(self) -> float:
@@ -76,7 +85,3 @@ class Fairness:
     def _blocks(self) -> VertexBlocks:
         across = VertexBlocks.of_planes(-self.outline, self.normals, 0.0)
         return across.plus_isotropic(self.weights + self.outline)
-
-    @cached_property
-    def _transposed(self) -> sparse.csr_array:
-        return self.laplacian.T.tocsr()

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.fused import add_pulled
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats, Ints, row_dot
 
@@ -28,18 +29,10 @@ class PlanePull:
     targets: Floats
     tangential: float
 
-    @cached_property
-    def _weighted_normals(self) -> Floats:
-        return self.weights[:, None] * self.normals
-
-    @cached_property
-    def _weighted_tangential(self) -> Floats:
-        return self.tangential * self.weights[:, None]
-
     def apply(self, points: Floats) -> Floats:
         """Apply w (n nᵀ + τ I) to each of (k, 3) points."""
-        result = self._weighted_tangential * points
-        result += self._weighted_normals * row_dot(self.normals, points)[:, None]
+        result = np.zeros_like(points)
+        add_pulled(points, self.weights, self.normals, self.tangential, result)
         return result
 
     @property

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from meshcone.deadline import require_time
 from meshcone.errors import InputError
 from meshcone.program.conic import QuadraticObjective
+from meshcone.program.fused import multiply_blocks
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
 
@@ -71,10 +72,12 @@ def solve_relaxation(
 
 def preconditioner(blocks: VertexBlocks) -> LinearOperator:
     """Return the inverse of a block diagonal matrix as an operator on (3n,)."""
-    inverse = blocks.inverse().full()
+    inverse = np.ascontiguousarray(blocks.inverse().entries)
     size = 3 * len(inverse)
 
     def apply(x: Floats) -> Floats:
-        return np.asarray(np.einsum("nij,nj->ni", inverse, x.reshape(-1, 3))).ravel()
+        result = np.empty((len(inverse), 3))
+        multiply_blocks(inverse, x.reshape(-1, 3), result)
+        return result.ravel()
 
     return LinearOperator((size, size), matvec=apply, dtype=np.float64)

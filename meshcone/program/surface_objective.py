@@ -21,6 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from meshcone.program.fairness import Fairness
+from meshcone.program.fused import add_carried, add_pulled
 from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
@@ -73,12 +74,13 @@ class SurfaceObjective:
     def apply(self, x: Floats) -> Floats:
         """Return P x for (3n,), a few sparse products."""
         positions = x.reshape(-1, 3)
-        result = self.forward.apply(positions)
-        result += self.proximity * positions
-        result += self.fairness.apply(positions)
-        if self.backward is not None and self.carried is not None:
-            points = self.carried.gather @ positions
-            result += self.carried.scatter @ self.backward.apply(points)
+        result = self.proximity * positions
+        forward, backward, carried = self.forward, self.backward, self.carried
+        add_pulled(positions, forward.weights, forward.normals, forward.tangential, result)
+        self.fairness.add_to(result, positions)
+        if backward is not None and carried is not None:
+            at, pull = (carried.corners, carried.weights), (backward.weights, backward.normals)
+            add_carried(positions, *at, *pull, backward.tangential, result)
         return np.asarray(2 * result).ravel()
 
     def diagonal_blocks(self) -> VertexBlocks:
