@@ -119,11 +119,9 @@ class Pair:
                 as the faces that were asked for.
         """
         asset = self.read_patched(self.source_asset.divided(subdivision))
-        if len(asset.faces) != len(subdivision.parents):
-            raise InputError(
-                "the divided file is not read as the faces asked for: its numbers are too coarse",
-                file=asset.name,
-            )
+        added = len(subdivision.parents) - subdivision.sources
+        if len(asset.triangles) != len(self.source_asset.triangles) + added:
+            raise InputError("the divided file is read as other faces", file=asset.name)
         source = Mesh(self.frame.into(asset.vertices), asset.faces)
         pair = replace(self, source_asset=asset, source=source).under(options)
         return pair if self.alignment is None else pair.placed(self.alignment)

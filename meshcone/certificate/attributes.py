@@ -29,7 +29,7 @@ def attributes_check(source: Asset, refined: Asset, subdivision: Subdivision) ->
 
     Args:
         source: the file that was sent.
-        refined: with the faces of the subdivision, in its order.
+        refined: with the triangles of the source divided, each where it stood.
         subdivision: of the source's faces.
     """
     both = _Both(source, refined, subdivision)
@@ -81,7 +81,8 @@ class _Both:
 
     def __init__(self, source: Asset, refined: Asset, subdivision: Subdivision) -> None:
         self._before, self._after = _Corners(source), _Corners(refined)
-        self._rows, self._now = source.kept[subdivision.parents], refined.kept
+        self._rows = source.kept[subdivision.parents]
+        self._now = source.divided_rows(subdivision)
         self._weights = subdivision.corners / 2.0**subdivision.exponent
         self.names = sorted({*self._before.names, *self._after.names})
 

@@ -308,6 +308,43 @@ def test_a_polygon_that_is_split_otherwise_where_it_was_moved_to_is_compared_too
     assert [check.ok for check in checks] == [True, holds]
 
 
+# The last vertex is in the middle of a side of the first face: the third one has no width.
+BESIDE = b"""v 0 0 0
+v 2 0 0
+v 0 2 0
+v 2 2 1
+v 1 1 0
+usemtl one
+f 1 2 3
+usemtl two
+f 2 4 5
+f 3 2 5
+usemtl three
+f 5 4 3
+"""
+
+
+def test_a_new_vertex_that_falls_on_one_that_is_there_is_that_one(honest: Evidence) -> None:
+    options = parse_options(OPTIONS)
+    pair = read_pair(MeshFile("beside.obj", BESIDE), REFERENCE, options).under(options)
+    corners = [[[2, 0, 0], [0, 2, 0], [0, 1, 1]], [[2, 0, 0], [0, 1, 1], [0, 0, 2]]]
+    sliver = [[[2, 0, 0], [1, 1, 0], [0, 0, 2]], [[1, 1, 0], [0, 2, 0], [0, 0, 2]]]
+    own = [(2 * np.eye(3, dtype=int)).tolist()]
+    division = Subdivision(
+        4, np.array([0, 0, 1, 2, 2, 3]), np.array(corners + own + sliver + own), 1
+    )
+    divided = pair.divided(division, options)
+    assert len(divided.source.faces) == 4  # those that are left of the narrow one have no area
+    assert len(divided.source.vertices) == 5
+    told = DetailRecord(
+        faces_before=4, faces_after=6, faces_allowed=6, divided=2, levels=1, stopped="budget"
+    )
+    report = honest.report.model_copy(update={"detail": told})
+    refined = divided.source_asset.patched(divided.source_asset.vertices * 1.5)
+    _, checks = divide(pair, DivisionRecord.of(division), report, refined)
+    assert [check.ok for check in checks] == [True, True]
+
+
 def test_whole_faces_take_no_room() -> None:
     record = DivisionRecord.of(bisected(sphere(4)[1], [5]))
     assert len(record.parents) == 4
