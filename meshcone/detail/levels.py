@@ -17,7 +17,7 @@ from meshcone.detail.records import Stopped
 from meshcone.options import Options
 from meshcone.options.cones import ConeOptions
 from meshcone.program.rounds import refine_surface
-from meshcone.quality.intersections import count_self_intersections
+from meshcone.quality.intersections import self_intersections
 from meshcone.surface import Mesh, Subdivision
 from meshcone.surface.arrays import Bools, Floats, Ints
 from meshcone.surface.subdivision import MAX_EXPONENT
@@ -29,6 +29,8 @@ _FULL = 0.995  # so much of the budget counts as all of it
 # A level that takes less than this share off the squared distance does not help.
 _LEAST_HELP = 1e-3
 _ROUNDING = 1e-6  # of the radius: nearer than this, numbers in files say nothing
+# Faces that would pass through others are left whole, and the level is tried again.
+_RETRIES = 2
 # Pairs of faces that pass through each other may become more by so many, or by this share.
 _FEW_CROSSINGS, _CROSSING_SHARE = 4, 0.005
 
@@ -92,11 +94,10 @@ class _Levels:
         options: Options,
     ) -> None:
         self._source, self._reference = source, reference
-        self._divisible, self._counts, self._options = divisible, counts, options
+        self._divisible, self._counts, self._options = divisible.copy(), counts, options
         self._budget = options.detail.faces_allowed(len(source.faces))
         self._tolerance = options.detail.tolerance
         self._target = Target.of(reference, options.seed)
-        self._crossing = 0
         surface = {"fairness": _ROUNDS, "reverse_from": 0}
         self._quick = options.model_copy(
             update={
@@ -114,12 +115,13 @@ class _Levels:
         if self._reason_to_stop(now, misses) is None:
             now = self._moved(now)
             misses = Misses.of(now.mesh, self._target)
-        self._crossing = self._crossings(now.mesh)
         while (stopped := self._reason_to_stop(now, misses)) is None:
             require_time()
             if on_level is not None:
                 on_level(self._faces(now), self._budget)
             found = self._level(now, misses)
+            for _ in range(_RETRIES):
+                found = found or self._level(now, misses)
             if found is None:
                 stopped = "stagnation"
                 break
@@ -140,13 +142,17 @@ class _Levels:
         marked = choose_edges(now.mesh, misses, free, self._limit(now), counts)
         if not marked.any():
             return None
-        split = self._moved(now.split(marked))
+        rest = now.split(marked)
+        split = self._moved(rest)
         swapped = self._moved(flip_inside(split, self._target.tree))
         for found in (swapped, split):
             after = Misses.of(found.mesh, self._target)
-            helps = after.total <= (1 - _LEAST_HELP) * misses.total
-            if helps and not self._tangles(found.mesh):
+            if after.total > (1 - _LEAST_HELP) * misses.total:
+                continue
+            tangled = self._tangled(found, rest)
+            if tangled is None:
                 return found, after
+            self._divisible[tangled] = False
         return None
 
     def _limit(self, now: DividedMesh) -> int:
@@ -168,10 +174,21 @@ class _Levels:
         free[edge_of_sides(now.mesh)[~self._divisible[now.parents]]] = False
         return free
 
-    def _tangles(self, mesh: Mesh) -> bool:
-        """Whether more faces pass through each other than all levels together may add."""
-        allowed = max(_FEW_CROSSINGS, int(_CROSSING_SHARE * len(mesh.faces)))
-        return self._crossings(mesh) - self._crossing > allowed
+    def _tangled(self, found: DividedMesh, rest: DividedMesh) -> Ints | None:
+        """Faces of the source that pass through others where they did not at rest, if too many.
 
-    def _crossings(self, mesh: Mesh) -> int:
-        return count_self_intersections(mesh, self._options.quality.intersection_pairs) or 0
+        Args:
+            found: a level's answer.
+            rest: the same faces where the level began: divided faces cross in more pairs.
+        """
+        allowed = max(_FEW_CROSSINGS, int(_CROSSING_SHARE * len(found.mesh.faces)))
+        here, there = self._crossings(found), self._crossings(rest)
+        if here.sum() - there.sum() <= 2 * allowed:
+            return None
+        return np.flatnonzero(here > there).astype(np.int64)
+
+    def _crossings(self, divided: DividedMesh) -> Ints:
+        """In how many pairs the parts of each face of the source pass through others, (m,)."""
+        pairs = self_intersections(divided.mesh, self._options.quality.intersection_pairs)
+        crossing = np.empty(0, dtype=np.int64) if pairs is None else divided.parents[pairs.ravel()]
+        return np.bincount(crossing, minlength=divided.sources)

@@ -8,6 +8,7 @@ import pytest
 from meshcone.detail.levels import Detail, find_detail
 from meshcone.detail.misses import Misses, Target
 from meshcone.options import Options, parse_options
+from meshcone.quality.intersections import count_self_intersections
 from meshcone.surface import Mesh
 from tests import shapes
 
@@ -92,3 +93,25 @@ def test_the_same_pair_is_divided_in_the_same_way_again() -> None:
 def test_a_limit_below_the_source_s_own_faces_takes_none_away(asked: int) -> None:
     allowed = parse_options({"detail": {"max_faces": max(asked, 1)}}).detail.faces_allowed(128)
     assert allowed == 128
+
+
+def sheets() -> tuple[Mesh, Mesh]:
+    """Two hills one through the other here and there, coarse and fine."""
+    made = []
+    for cells in (8, 48):
+        one = hill(cells)
+        above = one.vertices * [1, 1, 0.6] + [0.03, 0.02, 0.09]
+        both = np.concatenate([one.vertices, above])
+        made.append(Mesh(both, np.concatenate([one.faces, one.faces + len(one.vertices)])))
+    return made[0], made[1]
+
+
+def test_faces_that_would_pass_through_others_are_left_whole() -> None:
+    """The finer surface crosses itself six times as often, and its copy need not."""
+    source, reference = sheets()
+    every = np.ones(len(source.faces), dtype=bool)
+    divided = find_detail(source, reference, every, detail(growth=3))
+    points, faces = np.unique(divided.corners.reshape(-1, 3), axis=0, return_inverse=True)
+    after = count_self_intersections(Mesh(points, faces.reshape(-1, 3)), 10**7)
+    assert divided.levels > 0
+    assert after <= 2 * count_self_intersections(source, 10**7)
