@@ -6,9 +6,9 @@
     refined.save("refined.glb")
 
 ``refine`` moves the vertices of a mesh, ``measure`` compares and moves nothing, ``audit`` says what
-a whole asset is, ``gate`` gives a verdict, ``verify`` checks a refinement without a solver, and
-``load`` reads a mesh once for several of them. ``Client`` talks to a service. Errors are in
-``meshcone.errors``. The manual is ``docs/python.md``.
+a whole asset is, ``gate`` gives a verdict, ``thresholds`` proposes gates, ``verify`` checks a
+refinement without a solver, and ``load`` reads a mesh once for several of them. ``Client`` talks
+to a service. Errors are in ``meshcone.errors``. The manual is ``docs/python.md``.
 
 Importing this package is cheap: each name is loaded when it is first used.
 """
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from meshcone import errors as errors
     from meshcone.certificate.checks import Verification
-    from meshcone.library.functions import audit, gate, measure, refine, verify
+    from meshcone.library.functions import audit, gate, measure, refine, thresholds, verify
     from meshcone.library.inputs import LoadedMesh, load
     from meshcone.library.results import Audited, Measured, Refined, Verdict
     from service.client import Client, ServiceError
@@ -43,6 +43,7 @@ _HOMES = {
     "load": "meshcone.library.inputs",
     "measure": "meshcone.library.functions",
     "refine": "meshcone.library.functions",
+    "thresholds": "meshcone.library.functions",
     "verify": "meshcone.library.functions",
 }
 
@@ -62,6 +63,7 @@ __all__ = [
     "load",
     "measure",
     "refine",
+    "thresholds",
     "verify",
 ]
 

@@ -32,6 +32,7 @@ def tied_command(command: Sequence[str], death_signal: signal.Signals) -> list[s
     """The command line that runs ``command`` as a child that does not outlive this process."""
     return [
         sys.executable,
+        "-P",  # a folder `worker` of the working directory is not this program's
         "-m",
         __spec__.name,
         str(os.getpid()),

@@ -1,4 +1,4 @@
-"""The verbs as functions: refine, measure, audit, gate and verify."""
+"""The verbs as functions: refine, measure, audit, gate, thresholds and verify."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 from meshcone.errors import ArgumentError, InputError
 from meshcone.gates.files import GateFile, parse_gate_file, parse_gates, profile_gates
 from meshcone.gates.levels import level_of
+from meshcone.gates.thresholds import PERCENTILE
+from meshcone.gates.thresholds import thresholds as proposed_gates
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from meshcone.library.keywords import OptionKeywords, options_from, plain
 from meshcone.library.results import Audited, Measured, Refined, Verdict
@@ -208,6 +210,25 @@ def gate(
     if refine:
         return Verdict(refine_loaded(asset, held, resolved))
     return Verdict(_measured(asset, held, resolved))
+
+
+def thresholds(
+    accepted: Mapping[str, Measured | Audited], percentile: float = PERCENTILE
+) -> dict[str, dict[str, Any]]:
+    """Propose gates from what assets that somebody has accepted scored.
+
+    Args:
+        accepted: what :func:`measure`, or of assets alone :func:`audit`, returned of each, by name.
+        percentile: from 50 to 100; the share of the assets that each bound lets pass.
+
+    Returns:
+        Gates as :func:`gate` and :func:`measure` take them.
+
+    Raises:
+        meshcone.errors.InputError: there is no asset, or the percentile is out of its range.
+    """
+    reports = [(name, result.report) for name, result in accepted.items()]
+    return {each.key: {each.side: each.bound} for each in proposed_gates(reports, percentile)}
 
 
 def _gate_file(gates: Gates, mode: Mode, base: GateFile | None) -> GateFile:

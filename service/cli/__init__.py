@@ -16,6 +16,7 @@ from service.cli import (
     refine,
     serve,
     submit,
+    thresholds,
     transfers,
     verify,
     webhooks,
@@ -58,6 +59,7 @@ app.command("refine")(refine.command)
 app.command("measure")(measure.command)
 app.command("audit")(audit.command)
 app.command("gate")(gate.command)
+app.command("thresholds")(thresholds.command)
 app.command("verify")(verify.command)
 app.command("submit")(submit.command)
 app.command("serve")(serve.command)

@@ -98,7 +98,7 @@ def _this_program() -> list[str]:
     called = Path(sys.argv[0])
     if called.name == "meshcone":
         return [shlex.quote(str(called))]
-    return [shlex.quote(sys.executable), "-m", "service.cli"]
+    return [shlex.quote(sys.executable), "-P", "-m", "service.cli"]
 
 
 def _make_directory(path: Path) -> None:

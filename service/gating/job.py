@@ -26,12 +26,14 @@ class GateJob:
     Attributes:
         viewed: whether the result is to carry what a page shows of it.
         label: what the run is called, if anything.
+        reported: whether the result is to carry the report, also where no gate applies.
     """
 
     pair: Pair
     options: Options
     viewed: bool = False
     label: str | None = None
+    reported: bool = False
 
     def at_least_cost(self) -> GateJob:
         """The same job as an audit, where all its gates are about what an audit says.
@@ -56,8 +58,9 @@ class Judgement:
 
     @staticmethod
     def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
-        """Take it from a report as JSON, in which there are gates."""
-        verdict = GateVerdict.model_validate(report["gates"])
+        """Take it from a report as JSON."""
+        gates = report["gates"]
+        verdict = GateVerdict.of(()) if gates is None else GateVerdict.model_validate(gates)
         warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))
         return Judgement(verdict, warnings, view, report.get("statement"))
 
@@ -83,7 +86,8 @@ def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
     judgement: Judgement | None = None
     error: AssetError | None = None
     try:
-        judgement = work(job) if job.options.gates or job.options.keep else _UNGATED
+        asked = job.options.gates or job.options.keep or job.reported
+        judgement = work(job) if asked else _UNGATED
     except MeshConeError as found:
         error = AssetError.of(found)
     return AssetResult(

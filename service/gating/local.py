@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
 
+_SAFE_PATH = "PYTHONSAFEPATH"  # as the option -P
 VIEWED_FACES = 20_000  # of each mesh in a page, which may hold a dozen assets
 _ENGINES: Mapping[Mode, str] = {mode: f"meshcone.verbs.{mode}" for mode in get_args(Mode)}
 _COMPILED = "meshcone.surface.box_tree"
@@ -45,7 +46,7 @@ class LocalGatekeeper:
         self._context = multiprocessing.get_context("forkserver")
         engines = [_ENGINES[mode] for mode in sorted(modes)]
         self._context.set_forkserver_preload([*engines, _COMPILED, __name__])
-        forkserver.ensure_running()  # while there are no threads yet
+        _start_forkserver()  # while there are no threads yet
         self._lock = threading.Lock()
         self._running: set[ForkServerProcess] = set()
         self._stopped = False
@@ -93,6 +94,23 @@ class LocalGatekeeper:
             self._running.discard(process)
 
 
+def _start_forkserver() -> None:
+    """Start it without the working directory among the places of modules.
+
+    There may be a folder ``service`` in it that is not this program's. Console scripts leave it
+    out; the interpreter of a fork server does not, unless it is told to.
+    """
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        forkserver.ensure_running()
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
+
+
 def _ended(code: int | None) -> str:
     if code is not None and code < 0:
         name = signal.Signals(-code).name
@@ -129,8 +147,7 @@ def _judgement(job: GateJob) -> Judgement:
         from meshcone.verbs.audit import audit
 
         report = audit(source, reference, job.options)
-        page = AssetView(report=report.model_dump_json(), preview=None) if job.viewed else None
-        return _of(report, page)
+        return _of(report, _text(report) if job.viewed or job.reported else None)
     if job.options.mode == "measure":
         from meshcone.verbs.measure import measurement
 
@@ -139,11 +156,17 @@ def _judgement(job: GateJob) -> Judgement:
         from meshcone.verbs.within import refine_within
 
         done = refine_within(source, reference, job.options)
-    return _of(done.report, _view(done) if job.viewed else None)
+    if job.viewed:
+        return _of(done.report, _view(done))
+    return _of(done.report, _text(done.report) if job.reported else None)
 
 
 def _of(report: AnyReport, view: AssetView | None = None) -> Judgement:
     return Judgement.of(report.model_dump(include={"gates", "warnings", "statement"}), view)
+
+
+def _text(report: AnyReport) -> AssetView:
+    return AssetView(report=report.model_dump_json(), preview=None)
 
 
 def _view(done: Measurement | Refinement) -> AssetView:

@@ -63,7 +63,7 @@ class Child:
         try:
             return subprocess.Popen(  # noqa: S603 - our own program
                 tied_command(
-                    [sys.executable, "-m", "service.cli", *self._arguments], signal.SIGKILL
+                    [sys.executable, "-P", "-m", "service.cli", *self._arguments], signal.SIGKILL
                 ),
                 env=dict(self._environment),
                 pass_fds=self._fds,

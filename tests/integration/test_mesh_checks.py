@@ -308,11 +308,13 @@ def test_a_check_that_does_not_end_is_ended_and_others_go_on(
     portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe
 ) -> None:
     with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+        parent = checks.pid
         with pytest.raises(ProblemError) as caught:  # nobody writes what it wants to read
             checked(portal, checks, MeshFiles("p.obj", pipe), mesh)
 
         assert caught.value.problem.status == 503
-        wait_for(lambda: not children_of(checks.pid))
+        # Where it did not fork in time, on a busy machine, it counts as one that hangs.
+        wait_for(lambda: not children_of(parent))
     with MeshChecks(ServiceSettings()) as checks:
         assert checked(portal, checks, mesh, mesh)
 

@@ -137,7 +137,7 @@ class UpkeepProcess:
             logger.error("reconciler and housekeeping ended unexpectedly; starting them again")
         self._started_at = time.monotonic()
         self._process = subprocess.Popen(  # noqa: S603 - our own program
-            tied_command([sys.executable, "-m", __spec__.name], signal.SIGKILL),
+            tied_command([sys.executable, "-P", "-m", __spec__.name], signal.SIGKILL),
             stdin=subprocess.DEVNULL,
             start_new_session=True,
         )

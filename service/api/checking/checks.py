@@ -236,7 +236,7 @@ class _Parent:
         with theirs:
             arguments = map(str, [theirs.fileno(), *self._limits])
             self._process = subprocess.Popen(  # noqa: S603 - our own program
-                [sys.executable, "-m", process.__name__, *arguments],
+                [sys.executable, "-P", "-m", process.__name__, *arguments],
                 env=_environment(),
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,

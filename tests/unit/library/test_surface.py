@@ -30,6 +30,7 @@ NAMES = {
     "load",
     "measure",
     "refine",
+    "thresholds",
     "verify",
 }
 
