@@ -162,25 +162,41 @@ def test_what_is_never_taken_is_given_up_and_the_job_has_succeeded_all_the_same(
     assert ledger.index.counters()["outputs:given_up"] == 1
 
 
-@pytest.mark.parametrize("status", [301, 307, 308, 400, 403, 404, 412])
 def test_what_is_refused_is_given_up_at_once_and_a_redirect_is_not_followed(
-    ledger: Ledger,
-    redis: Redis,
-    blobs: BlobStore,
-    server: FileServer,
-    transfer: Transfer,
-    status: int,
+    ledger: Ledger, redis: Redis, blobs: BlobStore, server: FileServer, transfer: Transfer
 ) -> None:
+    statuses = (301, 307, 308, 400, 403, 404, 412)
     with file_server() as other:
-        answer = {"status": status, "headers": {"Location": f"{other.url}/r"}}
-        job = ended_job(ledger, blobs, report=Output(url=server.has("/r", b"", **answer)))
+        moved = {"Location": f"{other.url}/r"}
+        jobs = [
+            ended_job(
+                ledger,
+                blobs,
+                report=Output(url=server.has(f"/{status}", b"", status=status, headers=moved)),
+            )
+            for status in statuses
+        ]
 
         with transfer():
             wait_for(lambda: is_settled(redis))
 
         assert other.seen == []
-    assert len(server.seen) == 1
-    assert output_of(ledger, job).state == "given_up"
+    assert sorted(server.paths()) == [f"/{status}" for status in statuses]
+    assert {output_of(ledger, job).state for job in jobs} == {"given_up"}
+
+
+def test_a_result_in_the_hand_of_a_process_that_stops_is_put_by_the_next(
+    ledger: Ledger, redis: Redis, blobs: BlobStore, server: FileServer, transfer: Transfer
+) -> None:
+    job = ended_job(ledger, blobs, report=Output(url=server.has("/r", b"", delay=20.0)))
+    with transfer():
+        wait_for(lambda: server.seen)
+    server.has("/r", b"")
+
+    with transfer():
+        wait_for(lambda: is_settled(redis))
+
+    assert (output_of(ledger, job).state, output_of(ledger, job).tries) == ("delivered", 1)
 
 
 def test_nothing_is_put_to_an_address_that_is_not_public(

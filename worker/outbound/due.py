@@ -24,6 +24,10 @@ logger = structlog.get_logger(__name__)
 Item = TypeVar("Item")
 Item_co = TypeVar("Item_co", covariant=True)
 
+TAKEN = 15.0
+"""Seconds after which a name is due again if the process that has taken it has died."""
+
+_RENEWAL = 5.0  # seconds between two signs of life of that process
 _JITTER = 0.2  # share of a pause, so that what failed together is not tried together
 _LOOK_INTERVAL = 5.0  # seconds
 _FULL_PAUSE = 0.1  # seconds
@@ -101,7 +105,7 @@ class DueList:
         self._give_back = client.register_script(_GIVE_BACK)
         self._until_next = client.register_script(_UNTIL_NEXT)
 
-    async def take(self, count: int, seconds: float) -> Sequence[Due]:
+    async def take(self, count: int, seconds: float = TAKEN) -> Sequence[Due]:
         """Up to ``count`` names that are due; nobody else gets them for some seconds."""
         answer = await self._take(keys=self._keys, args=[count, seconds])
         return [Due(str(name), int(tries)) for name, tries in answer]
@@ -109,6 +113,38 @@ class DueList:
     async def postpone(self, name: str, seconds: float) -> None:
         """Have a name due some seconds from now."""
         await self._postpone(keys=self._keys, args=[name, seconds])
+
+    async def hold(
+        self, name: str, work: Coroutine[Any, Any, None], stopping: asyncio.Event
+    ) -> None:
+        """Do the work on a name that was taken, which stays so however long that lasts.
+
+        The work is left off where somebody has the name due no more; and where this process is to
+        stop: the name is then due at once, as if it had not been taken. What the work raises is
+        raised.
+        """
+        task = asyncio.create_task(work)
+        stopped = asyncio.create_task(stopping.wait())
+        try:
+            while not task.done():
+                await asyncio.wait(
+                    {task, stopped}, timeout=_RENEWAL, return_when=asyncio.FIRST_COMPLETED
+                )
+                if task.done():
+                    break
+                if stopped.done():
+                    await self.give_back(name)
+                    return
+                with suppress(RedisError):
+                    if await self._client.zscore(self._keys[0], name) is None:
+                        return
+                    await self.postpone(name, TAKEN)
+            await task
+        finally:
+            for each in (task, stopped):
+                each.cancel()
+            with suppress(asyncio.CancelledError, Exception):
+                await task
 
     async def forget(self, name: str) -> None:
         """Have a name due no more."""

@@ -57,7 +57,7 @@ class Delivering:
         self._stopping = asyncio.Event()
 
     def stop(self) -> None:
-        """End after the results in hand."""
+        """End, and leave what is in hand to another process."""
         self._stopping.set()
 
     async def run(self) -> None:
@@ -67,7 +67,7 @@ class Delivering:
 
     async def take(self, count: int) -> Sequence[Due]:
         """Up to ``count`` results that are due."""
-        return await self._due.take(count, 2 * self._settings.output_seconds + 10)
+        return await self._due.take(count)
 
     async def wait(self, seconds: float) -> None:
         """Wait until there may be more to put, some seconds at most."""
@@ -75,26 +75,28 @@ class Delivering:
 
     async def _see_to(self, due: Due) -> None:
         """Try once to put a result, and note what came of it; nothing ends the process."""
-        job_id, _, name = due.name.partition("/")
         try:
-            record = await asyncio.to_thread(self._ledger.get, job_id)
-            output = record.outputs[cast("OutputName", name)].model_copy(
-                update={"tries": due.tries}
-            )
-            ended = await self._tried(due, output, record.artifacts.get(name))
-            pause = None
-            if ended.state == "waiting":
-                first = self._settings.output_first_delay
-                pause = pause_before(due.tries, first, _GROWTH)
-            level = logger.info if ended.detail is None else logger.warning
-            level("output seen to", job_id=job_id, output=name, **_told(ended, pause))
-            await asyncio.to_thread(self._ledger.note_output, job_id, name, ended)
-            if pause is not None:
-                await self._due.postpone(due.name, pause)
+            await self._due.hold(due.name, self._try(due), self._stopping)
         except (UnknownJobError, KeyError):  # deleted meanwhile, and its files with it
-            await self._forget(due.name)
+            with suppress(RedisError):
+                await self._due.forget(due.name)
         except RedisError as error:  # due again when its time is over
             logger.error("the broker cannot be used", error=str(error))
+
+    async def _try(self, due: Due) -> None:
+        job_id, _, name = due.name.partition("/")
+        record = await asyncio.to_thread(self._ledger.get, job_id)
+        output = record.outputs[cast("OutputName", name)]
+        tried = output.model_copy(update={"tries": due.tries})
+        ended = await self._tried(due, tried, record.artifacts.get(name))
+        pause = None
+        if ended.state == "waiting":
+            pause = pause_before(due.tries, self._settings.output_first_delay, _GROWTH)
+        level = logger.info if ended.detail is None else logger.warning
+        level("output seen to", job_id=job_id, output=name, **_told(ended, pause))
+        await asyncio.to_thread(self._ledger.note_output, job_id, name, ended)
+        if pause is not None:
+            await self._due.postpone(due.name, pause)
 
     async def _tried(self, due: Due, output: Output, artifact: Artifact | None) -> Output:
         """What an output is after one more try."""
@@ -130,10 +132,6 @@ class Delivering:
 
     def _copy(self, artifact: Artifact, content: IO[bytes]) -> None:
         content.writelines(self._blobs.chunks(artifact.digest))
-
-    async def _forget(self, name: str) -> None:
-        with suppress(RedisError):
-            await self._due.forget(name)
 
 
 def _told(output: Output, pause: float | None) -> dict[str, object]:

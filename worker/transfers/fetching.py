@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import structlog
 from redis.exceptions import RedisError
@@ -29,8 +29,6 @@ logger = structlog.get_logger(__name__)
 
 _AT_ONCE = 8  # jobs; a slow server must not hold up the others
 _GROWTH = 3  # of the pause before each further try: 2 s, 6 s, 18 s, 54 s
-_TAKEN = 15.0  # seconds after which a job is tried by another process if this one has died
-_RENEWAL = 5.0  # seconds between two looks whether the job is still to be fetched for
 _LOOK_INTERVAL = 0.25  # seconds; a job that waits for nothing else waits for this
 
 
@@ -54,7 +52,6 @@ class Fetching:
         queue: JobQueue,
         sources: Sources,
     ) -> None:
-        self._client = client
         self._settings = settings
         self._ledger = ledger
         self._queue = queue
@@ -73,7 +70,7 @@ class Fetching:
 
     async def take(self, count: int) -> Sequence[Due]:
         """Up to ``count`` jobs that are due."""
-        return await self._due.take(count, _TAKEN)
+        return await self._due.take(count)
 
     async def wait(self, seconds: float) -> None:
         """Wait until there may be more to fetch, some seconds at most."""
@@ -85,7 +82,7 @@ class Fetching:
         try:
             if due.tries > 2 * self._settings.fetch_attempts:  # its process ended by each
                 raise InternalError("fetching was begun again and again, and never ended")
-            await self._unless_stopped(due, self._complete(due.name))
+            await self._due.hold(due.name, self._complete(due.name), self._stopping)
         except (TransitionRefusedError, UnknownJobError) as refusal:
             log.info("fetched for nothing", reason=str(refusal))  # canceled meanwhile
         except RedisError as error:  # due again when its time is over
@@ -99,31 +96,6 @@ class Fetching:
             await self._give_up(
                 due, InternalError("an unexpected error in the service; it has been logged")
             )
-
-    async def _unless_stopped(self, due: Due, work: Coroutine[Any, Any, None]) -> None:
-        """Do the work as long as the job waits for it and this process is not asked to stop."""
-        task = asyncio.create_task(work)
-        stopped = asyncio.create_task(self._stopping.wait())
-        try:
-            while not task.done():
-                await asyncio.wait(
-                    {task, stopped}, timeout=_RENEWAL, return_when=asyncio.FIRST_COMPLETED
-                )
-                if task.done():
-                    break
-                if stopped.done():
-                    await self._due.give_back(due.name)
-                    return
-                with suppress(RedisError):
-                    if await self._client.zscore(FETCHES, due.name) is None:
-                        return  # canceled
-                    await self._due.postpone(due.name, _TAKEN)
-            await task
-        finally:
-            for each in (task, stopped):
-                each.cancel()
-            with suppress(asyncio.CancelledError, Exception):
-                await task
 
     async def _complete(self, job_id: str) -> None:
         record = await asyncio.to_thread(self._ledger.get, job_id)
