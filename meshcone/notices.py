@@ -29,6 +29,7 @@ class Code(StrEnum):
     meaning: str
 
     SURFACE_EMPTY = "surface.empty", "the mesh holds no surface"
+    SURFACE_POINTS = "surface.points", "a reference of points without faces"
     SURFACE_TESSELLATED = (
         "surface.tessellated",
         "curved surfaces that were divided into triangles, within a tolerance",

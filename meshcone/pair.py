@@ -8,6 +8,7 @@ import numpy as np
 
 from meshcone.appearance.paint import Paint
 from meshcone.assets import Asset, read_asset
+from meshcone.assets.points.asset import points_alone
 from meshcone.assets.policy import ReadPolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
@@ -295,7 +296,9 @@ def read_pair(source: MeshFile, reference: MeshFile, options: Options) -> Pair:
         read_asset(file.name, file.data, file.resources, policy=policy)
         for file, policy in ((source, reading), (reference, ReadPolicy.of_reference(options)))
     )
-    model = Mesh(reference_asset.vertices, reference_asset.faces)
+    if source_asset.is_points:
+        raise points_alone(source_asset.name)
+    model = Mesh(reference_asset.vertices, reference_asset.faces, reference_asset.is_points)
     for asset, mesh in (
         (source_asset, Mesh(source_asset.vertices, source_asset.faces)),
         (reference_asset, model),
@@ -309,7 +312,7 @@ def read_pair(source: MeshFile, reference: MeshFile, options: Options) -> Pair:
         source_asset=source_asset,
         reference_asset=reference_asset,
         source=Mesh(frame.into(source_asset.vertices), source_asset.faces),
-        reference=Mesh(frame.into(model.vertices), model.faces),
+        reference=model.moved_to(frame.into(model.vertices)),
         frame=frame,
         reading=reading,
     )

@@ -72,6 +72,7 @@ class Asset(abc.ABC):
         warnings: what a reader should know about the way the file was understood.
         file: the mesh and the files beside it; where they came in an archive, taken out of it.
         packed: the archive they came in, if they did.
+        is_points: whether the file has points and no faces.
         tolerance: how far the surface may lie from the one that the file means, in model units.
     """
 
@@ -81,6 +82,7 @@ class Asset(abc.ABC):
     file: MeshFile
     packed: Packed | None = None
     tolerance: float = 0.0
+    is_points: bool = False
 
     def __init__(
         self,

@@ -17,15 +17,16 @@ from meshcone.assets.gltf import read_glb, read_gltf
 from meshcone.assets.limits import Limits
 from meshcone.assets.obj import read_obj
 from meshcone.assets.pointers import refuse_pointer
+from meshcone.assets.points import PointAsset, read_xyz
 from meshcone.assets.policy import ALL_SCENES, ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
 
 _ACCEPTED = (
-    "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP; or, to compare with, STEP, 3MF or USD"
+    "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP; or, to compare with, STEP, 3MF, USD or XYZ"
 )
-_MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"}) | SUFFIXES
+_MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off", ".xyz"}) | SUFFIXES
 _READABLE = _MESHES | {"", ".zip"}
 _DEFAULT = ReadPolicy()
 _OBJ_VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
@@ -124,6 +125,8 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
     for signature, kind in _OTHER_FORMATS.items():
         if start.startswith(signature):
             raise InputError(f"this is {kind}; expected {_ACCEPTED}")
+    if suffix == ".xyz":
+        return PointAsset(name, "xyz", *read_xyz(data, limits))
     if suffix in {".glb", ".gltf"}:
         expected = "'glTF'" if suffix == ".glb" else "a JSON object"
         raise InputError(f"the file does not start with {expected}", place="byte 0")

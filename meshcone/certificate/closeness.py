@@ -50,7 +50,8 @@ def closeness_checks(
     unit = pair.unit(report.options)
     moved = "" if pair.alignment is None else "moved as aligned, "
     how = "proven without a search" if stored else "found by a search, for no proof is stored"
-    yield Check("closeness", True, f"{moved}{within(found.extra, found.missing, unit)}: {how}")
+    extra = None if surface.reference.is_points else found.extra
+    yield Check("closeness", True, f"{moved}{within(extra, found.missing, unit)}: {how}")
     if stated is not None:
         yield intervals_check(report, found, surface, pair)
 

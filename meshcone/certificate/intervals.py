@@ -74,7 +74,7 @@ class WrittenSurface:
         return WrittenSurface(
             mesh=pair.source.moved_to(positions),
             seam=seam,
-            reference=Mesh(reference.vertices, reference.faces),
+            reference=Mesh(reference.vertices, reference.faces, reference.is_points),
             tolerance=pair.tolerance * pair.frame.radius,
         )
 
@@ -107,7 +107,8 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
     near = margin + _ON_SURFACE * radius
     bars = bars_of(pair.gates(report.options), radius)
     fault = (
-        _not_proven(stated, found, margin)
+        _not_one_way(stated, surface)
+        or _not_proven(stated, found, margin)
         or _not_attained(stated, surface, near)
         or _inconsistent(stated, radius, margin)
         or _wrong_sides(stated, found, margin, near)
@@ -131,11 +132,24 @@ def _not_checked(stated: Deviation) -> str:
     return f"; {' and '.join(left)}: not checked" if left else ""
 
 
+def _not_one_way(stated: Deviation, surface: WrittenSurface) -> str | None:
+    """Of points alone one way is stated, and of surfaces both."""
+    ways = (stated.extra, stated.max)
+    if surface.reference.is_points and ways != (None, None):
+        return "the report states how far the mesh goes from points, of which nothing follows"
+    if not surface.reference.is_points and None in ways:
+        return "the report states one way of the deviation without the other"
+    return None
+
+
 def _not_proven(stated: Deviation, found: Bounds, margin: float) -> str | None:
     for name in ("extra", "missing"):
-        told, proven = getattr(stated, name).upper_model, getattr(found, name)
-        if not told >= proven - margin:
-            return f"'{name}' is proven to be {proven:.3g} at most, the report states {told:.3g}"
+        told, proven = getattr(stated, name), getattr(found, name)
+        if told is not None and not told.upper_model >= proven - margin:
+            return (
+                f"'{name}' is proven to be {proven:.3g} at most, the report states "
+                f"{told.upper_model:.3g}"
+            )
     return None
 
 
@@ -167,8 +181,8 @@ def _wrong_sides(stated: Deviation, found: Bounds, margin: float, near: float) -
     """The farthest point is on one of the sides, and neither goes farther than the whole does."""
     sides = {name: getattr(stated, name) for name in ("outside", "inside")}
     told = {name: side for name, side in sides.items() if side is not None}
-    if not told:
-        return None
+    if not told or stated.extra is None:
+        return "the report states a side of points" if told else None
     if len(told) == 1:
         return "the report states one side of the reference without the other"
     for name, side in told.items():
@@ -185,6 +199,8 @@ def _wrong_area(
 ) -> str | None:
     """There is area beyond a tolerance that a point exceeds, and none where no point does."""
     told = stated.area_beyond
+    if stated.extra is None:
+        return None if told is None else "the report states an area beyond points"
     if (told is None) != (bars.area is None):
         return "'area_beyond' is stated without a gate, or a gate on it without it"
     if told is None or bars.area is None:
@@ -231,12 +247,13 @@ def _wrong_flag(stated: Deviation, chosen: DeviationOptions, bars: Bars) -> str 
 
 
 def _inconsistent(stated: Deviation, radius: float, margin: float) -> str | None:
-    farther = max(stated.extra, stated.missing, key=lambda told: told.lower)
-    upper = max(stated.extra.upper, stated.missing.upper)
-    if (stated.max.lower, stated.max.upper, stated.max.at) != (farther.lower, upper, farther.at):
-        return "the report's 'max' is not the larger of both directions"
-    sides = [side for side in (stated.outside, stated.inside) if side is not None]
-    for told in (stated.extra, stated.missing, stated.max, *sides):
+    if stated.extra is not None and stated.max is not None:
+        farther = max(stated.extra, stated.missing, key=lambda told: told.lower)
+        ends = farther.lower, max(stated.extra.upper, stated.missing.upper), farther.at
+        if (stated.max.lower, stated.max.upper, stated.max.at) != ends:
+            return "the report's 'max' is not the larger of both directions"
+    every = (stated.extra, stated.missing, stated.max, stated.outside, stated.inside)
+    for told in (each for each in every if each is not None):
         in_model_units = ((told.lower, told.lower_model), (told.upper, told.upper_model))
         if not all(abs(end * radius - model) <= margin for end, model in in_model_units):
             return "the report's ends in model units are not those in radii"

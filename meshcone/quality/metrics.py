@@ -43,7 +43,7 @@ def compare(
     with watch.stage("nearest_samples"):
         nearest = _NearestSamples.between(surface, reference)
     with watch.stage("curvature_error"):
-        curvature = curvature_error(surface, reference)
+        curvature = None if reference.mesh.is_points else curvature_error(surface, reference)
     with watch.stage("emd"):
         emd = earth_movers_distance(surface.matching, reference.matching)
     with watch.stage("aspect_ratio"):

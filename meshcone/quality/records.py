@@ -81,9 +81,9 @@ class Metrics(_Record):
     normal_deviation_deg: float = Field(
         description="mean angle between n and the closest triangle's normal, up to sign, degrees"
     )
-    curvature_error: float = Field(
+    curvature_error: float | None = Field(
         description="mean |H - H'| with the closest point, of mean curvatures over a ball, "
-        "times the radius"
+        "times the radius; null where the reference is points"
     )
     fscore: float = Field(description="harmonic mean of precision and recall within τ = 0.01")
     emd: float = Field(description="mean distance under the best one-to-one matching of samples")

@@ -28,6 +28,8 @@ def inspect(
         collapsed: faces that the file lists and the mesh does not have, because corners of
             theirs are at one place. They count as degenerate.
     """
+    if mesh.is_points:
+        return _of_points()
     uses = EdgeUses.of(mesh)
     faces = mesh.faces
     sides = [differences(mesh.vertices, faces[:, pair]) for pair in ([0, 1], [1, 2], [2, 0])]
@@ -44,6 +46,22 @@ def inspect(
         flipped_faces=None if before is None else flipped_faces(before, mesh),
         self_intersections=count_self_intersections(mesh, intersection_pairs),
         components=_components(mesh),
+    )
+
+
+def _of_points() -> Validity:
+    """Points have no defects that a surface can have."""
+    return Validity(
+        watertight=False,
+        boundary_edges=0,
+        non_manifold_edges=0,
+        opposed_edges=0,
+        cracks=None,
+        degenerate_faces=0,
+        duplicate_faces=0,
+        flipped_faces=None,
+        self_intersections=None,
+        components=0,
     )
 
 

@@ -59,9 +59,11 @@ def audited(
         options: of the job; Khronos' validator is asked where the job is an audit or has a gate
             about what it says.
         source: the mesh that was sent.
-        reference: what it should have been, if there is such a mesh.
+        reference: what it should have been, if there is such a mesh; points are none.
         refined: the source with its vertices elsewhere, if it was refined.
     """
+    if reference is not None and reference.asset.is_points:
+        reference = None  # points have nothing besides where they are
     seen = Seen()
     ask = options.mode == "audit" or any(
         key.startswith("asset.") and ".validator." in key for key in options.gates

@@ -250,7 +250,7 @@ def _is_inside_out(mesh: Mesh) -> bool:
 
 
 def _pieces(pieces: int, reference_pieces: int) -> Iterator[WarningRecord]:
-    if pieces != reference_pieces:
+    if reference_pieces and pieces != reference_pieces:  # points are in none
         yield warning(
             Code.PIECES_COUNT,
             "pair",

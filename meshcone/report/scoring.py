@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
+
+import numpy as np
 
 from meshcone.appearance.comparison import Painted, compare_colours
 from meshcone.appearance.paint import Paint
@@ -165,7 +168,7 @@ class Scorer:
             frame=frame,
             input=_surface(self._input, self._reference) if changed else judged,
             refined=judged if changed else None,
-            reference=_surface(self._reference, self._judged),
+            reference=_seen(_surface(self._reference, self._judged), self._judged.mesh),
             tension=tension,
             paints=self._paints,
         )
@@ -228,6 +231,19 @@ def sampling_of(chosen: QualityOptions) -> Sampling:
         curvature_samples=min(chosen.curvature_samples, chosen.samples),
         method=chosen.sampling,
     )
+
+
+def _seen(reference: Surface, beside: Mesh) -> Surface:
+    """A reference to look at: triangles that stand for points are as large as their gaps."""
+    mesh = reference.mesh
+    if not mesh.is_points:
+        return reference
+    size = np.sqrt(float(beside.face_areas.sum()) / len(mesh.faces))
+    centres = mesh.corners.mean(axis=1, keepdims=True)
+    offsets = mesh.corners - centres
+    vertices = mesh.vertices.copy()
+    vertices[mesh.faces] = centres + size * offsets / np.linalg.norm(offsets[0, 0])
+    return replace(reference, mesh=Mesh(vertices, mesh.faces))
 
 
 def _surface(surface: SampledSurface, other: SampledSurface) -> Surface:

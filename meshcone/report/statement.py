@@ -18,18 +18,21 @@ def statement(deviation: Deviation, unit: Unit) -> str:
         deviation: the proven intervals.
         unit: what it is told in.
     """
-    found = within(deviation.extra.upper_model, deviation.missing.upper_model, unit)
-    return f"{found} (proven)"
+    extra = None if deviation.extra is None else deviation.extra.upper_model
+    return f"{within(extra, deviation.missing.upper_model, unit)} (proven)"
 
 
-def within(extra: float, missing: float, unit: Unit) -> str:
+def within(extra: float | None, missing: float, unit: Unit) -> str:
     """Say how close two surfaces are, rounded up to three digits.
 
     Args:
-        extra: no point of the mesh is farther from the reference, in model units.
+        extra: no point of the mesh is farther from the reference, in model units; None where the
+            reference is points.
         missing: no point of the reference is farther from the mesh.
         unit: what it is told in.
     """
+    if extra is None:
+        return f"every point of the reference within {_told(missing, unit)}"
     return (
         f"every point within {_told(extra, unit)} of the reference, "
         f"every point of the reference within {_told(missing, unit)}"

@@ -80,10 +80,13 @@ class Mesh:
     Attributes:
         vertices: (n, 3) positions, in whatever unit the caller works in.
         faces: (m, 3) vertex indices, counter-clockwise seen from outside.
+        is_points: whether the faces stand for points, each a tiny one of its own: there is no
+            surface between them, nor curvature, nor borders.
     """
 
     vertices: Floats
     faces: Ints
+    is_points: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
@@ -91,7 +94,7 @@ class Mesh:
 
     def moved_to(self, vertices: Floats) -> Mesh:
         """Return the mesh with the same faces over other positions (n, 3)."""
-        moved = Mesh(vertices, self.faces)
+        moved = Mesh(vertices, self.faces, self.is_points)
         moved.__dict__["_connectivity"] = self._connectivity
         return moved
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from meshcone.assets import read_asset
+from meshcone.assets.points.asset import points_alone
 from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
@@ -67,6 +68,8 @@ def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited,
     with watch.stage("read"):
         policy = ReadPolicy.of_source(options)
         asset = read_asset(file.name, file.data, file.resources, policy=policy)
+        if asset.is_points:
+            raise points_alone(asset.name)
         mesh = Mesh(asset.vertices, asset.faces)
         if not mesh.face_areas.sum() > 0:
             raise InputError("every face is without area", file=asset.name)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from time import monotonic
 
-from meshcone.errors import InfeasibleError, LimitError, SolveTimeoutError
+from meshcone.errors import InfeasibleError, InputError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.gates.units import sized, unit_for
 from meshcone.options import WITHIN_GATE, Options
@@ -73,6 +73,7 @@ def refine_within(
             if best is None:
                 raise
             break  # trying harder takes more than there is; what was found before stands
+        _require_both_ways(found.report)
         if _is_within(found.report):
             best = found
             break
@@ -81,6 +82,15 @@ def refine_within(
     assert best is not None  # noqa: S101 - the first attempt is always made
     told = within_record(best.report, options.within, attempts)
     return replace(best, report=best.report.model_copy(update={"within": told}))
+
+
+def _require_both_ways(report: Report) -> None:
+    if report.deviation is not None and report.deviation.max is None:
+        raise InputError(
+            "option 'within': the reference is points, and nothing is proven of what lies between "
+            "them; bound 'deviation.missing' with a gate instead",
+            file=report.inputs.reference.name,
+        )
 
 
 def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
@@ -105,7 +115,7 @@ def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
         places = [
             PlaceBeyond(on=side, position=found.at, distance_model=found.lower_model)
             for side, found in intervals.items()
-            if found.lower_model > limit
+            if found is not None and found.lower_model > limit
         ]
     return WithinRecord(
         asked=asked,

@@ -15,6 +15,7 @@ from meshcone.assets.foreign.polygons import Polygons
 from meshcone.assets.foreign.stl import is_binary_stl, is_text_stl, read_stl
 from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
+from meshcone.assets.points.asset import PointAsset
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
@@ -40,14 +41,19 @@ def recognise_foreign(suffix: str, data: bytes) -> ForeignFormat | None:
     return None
 
 
-def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) -> ForeignAsset:
-    """Read a PLY, STL or OFF file.
+def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) -> Asset:
+    """Read a PLY, STL or OFF file; a PLY without faces is one of points.
 
     Raises:
         InputError: the file is damaged or holds no surface, with the line or byte at fault.
         LimitError: it has, or declares, more than ``limits`` accept.
     """
-    return ForeignAsset(name, kind, data, _READERS[kind](data, limits))
+    polygons = _READERS[kind](data, limits)
+    if kind == "ply" and not len(polygons.sizes) and len(polygons.positions):
+        places = polygons.places
+        normals = None if places is None or places.normals is None else places.normals.read(data)
+        return PointAsset(name, kind, polygons.positions, normals)
+    return ForeignAsset(name, kind, data, polygons)
 
 
 class ForeignAsset(Asset):

@@ -67,6 +67,8 @@ def prove_deviation(
         tolerance: how far the meshes may lie from the surfaces that are meant. Every interval
             is of those: wider by it at both ends.
     """
+    if reference.mesh.is_points:
+        return _of_points(surface, reference, frame, _asked(chosen, bars.missing), tolerance)
     extra, search = _directed(surface, reference, _asked(chosen, bars.extra), tolerance)
     missing, _ = _directed(reference, surface, _asked(chosen, bars.missing), tolerance)
     sides = encloses and _by_side(search, encloses, chosen, frame, tolerance)
@@ -85,6 +87,19 @@ def prove_deviation(
         ),
         extra=extra.leaves,
         missing=missing.leaves,
+    )
+
+
+def _of_points(
+    surface: SampledSurface, points: SampledSurface, frame: Frame, asked: Asked, tolerance: float
+) -> ProvenDeviation:
+    """Bound how far points go from a mesh; how far it goes from them says nothing of it."""
+    missing, _ = _directed(points, surface, asked, tolerance)
+    # A certificate has both ways. This one costs nothing, and no report states it.
+    extra, _ = _directed(surface, points, replace(asked, most_pieces=0, bars=()), tolerance)
+    record = _record(missing, missing.upper, frame, proven=missing.answered)
+    return ProvenDeviation(
+        Deviation(extra=None, missing=record, max=None), extra.leaves, missing.leaves
     )
 
 

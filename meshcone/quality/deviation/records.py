@@ -64,15 +64,17 @@ class AreaBeyond(ShareInterval):
 class Deviation(_Record):
     """How far the two surfaces go from each other: of all points of all triangles."""
 
-    extra: ProvenInterval = Field(
-        description="how far the mesh goes beyond the reference: its farthest point's distance"
+    extra: ProvenInterval | None = Field(
+        description="how far the mesh goes beyond the reference: its farthest point's distance; "
+        "null where the reference is points, for nothing is known between them"
     )
     missing: ProvenInterval = Field(
         description="how far the reference is not covered: the distance of the point of it "
         "that is farthest from the mesh"
     )
-    max: ProvenInterval = Field(
-        description="the larger of both, which is the Hausdorff distance of the surfaces"
+    max: ProvenInterval | None = Field(
+        description="the larger of both, which is the Hausdorff distance of the surfaces; null "
+        "where one of them is"
     )
     outside: DistanceInterval | None = Field(
         None,
