@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from meshcone.deadline import require_time
 from meshcone.options import ConeOptions, Options
 from meshcone.program.answer import RefinedPositions
@@ -30,6 +32,8 @@ _FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
 _MENDING_COST = 1.02
 # Attempts whose earlier rounds are looked at where none's last will do.
 _LOOKED_AT_AGAIN = 2
+# An answer this much farther away than it was in the race ends there.
+_DRIFT = 1.05
 # From this mean distance on, in the reference's radius, the source is stretched as well.
 _FAR = 0.06
 
@@ -45,6 +49,7 @@ class SurfaceRefiner:
     def __init__(self, problems: SurfaceProblems, *, guarded: bool = True) -> None:
         self._problems, self._guarded = problems, guarded
         self._source, self._options = problems.source, problems.options
+        self._raced: dict[Attempt, tuple[int, float]] = {}  # rounds, and the distance after them
 
     def run(self, on_round: RoundCallback | None = None) -> RefinedPositions:
         """Let the settings race, have the one closest to the reference finish, and confirm it.
@@ -109,7 +114,8 @@ class SurfaceRefiner:
             attempt.let_go()
         scores = {attempt: self._score(attempt.positions) for attempt in attempts}
         limit = _CLOSE_RACE * min(scores.values())
-        for attempt in attempts:
+        for attempt, heat in zip(attempts, heats, strict=True):
+            self._raced[attempt] = heat, scores[attempt]
             if scores[attempt] > limit:
                 count.advance(attempt.rounds_left)
         ranked = sorted(attempts, key=lambda attempt: scores[attempt])
@@ -142,8 +148,8 @@ class SurfaceRefiner:
     ) -> tuple[RefinedPositions | None, list[str]]:
         """Complete an attempt; confirm its answer, or say what speaks against it."""
         require_time()
+        attempt, found = self._ended(attempt, harm, count)
         solution = attempt.complete(count).solution
-        found = harm.examine(solution.positions)
         guarded = self._guarded_end(attempt, harm, found)
         if guarded is not None:
             attempt.let_go()
@@ -158,6 +164,23 @@ class SurfaceRefiner:
                 return answer, []
         attempt.let_go()
         return None, found.objections
+
+    def _ended(
+        self, attempt: Attempt, harm: HarmCheck, count: Countdown
+    ) -> tuple[Attempt, Examined]:
+        """Complete an attempt; where its last rounds led away, end it where it raced.
+
+        Samples of faces that reach for a wrong sheet of the reference drag the mesh there.
+        """
+        positions = attempt.complete(count).solution.positions
+        rounds, raced = self._raced.get(attempt, (0, np.inf))
+        if np.isfinite(raced) and (reached := self._score(positions)) > _DRIFT * raced:
+            shorter = attempt.shortened(rounds)
+            earlier = shorter.complete(Countdown(None, 0)).solution.positions
+            if self._score(earlier) < reached:
+                attempt.let_go()
+                return shorter, harm.examine(earlier)
+        return attempt, harm.examine(positions)
 
     def _guarded_end(
         self, attempt: Attempt, harm: HarmCheck, found: Examined

@@ -106,7 +106,7 @@ def test_an_answer_whose_last_rounds_harm_is_that_of_an_earlier_round() -> None:
     # A ball of so many vertices has more of them than fit on a ring without folds.
     source, reference = sphere(3), torus(48, 24, tube=0.25)
 
-    answer = refine_surface(source, reference, parse_options(QUIET))
+    answer = refine_surface(source, reference, parse_options({**QUIET, "surface": {"guards": 0}}))
 
     schedule = next(c for c in candidates(Options()) if c.name == answer.candidate)
     assert not answer.kept_input
@@ -115,6 +115,24 @@ def test_an_answer_whose_last_rounds_harm_is_that_of_an_earlier_round() -> None:
     assert answer.final.round_index == len(answer.rounds) - 1
     refined = source.moved_to(answer.positions)
     assert distance_both_ways(refined, reference) < 0.5 * distance_both_ways(source, reference)
+
+
+def test_an_answer_whose_last_rounds_lead_away_ends_where_it_raced() -> None:
+    source, reference = noisy(sphere(2), 0.03), sphere(4)
+    # Without samples that pull in the last rounds, vertices come to lie on the ball, and all that
+    # is between them inside of it.
+    options = parse_options({**QUIET, "surface": {"faces": 1e-3}})
+
+    answer = refine_surface(source, reference, options)
+
+    setting = next(c for c in candidates(options) if c.name == answer.candidate)
+    assert len(answer.rounds) == setting.heat
+    drifted = refine_surface(source, reference, options, guarded=False)
+    assert len(drifted.rounds) == len(setting.options.fairness)
+    found, away = (
+        distance_both_ways(source.moved_to(a.positions), reference) for a in (answer, drifted)
+    )
+    assert found < 0.5 * away
 
 
 def test_an_earlier_end_is_an_optimum_too() -> None:
