@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 AUDIT := $(VENV)/audit/bin/python
+SITE := $(VENV)/site/bin/zensical
 GENERATORS := $(VENV)/generators/.installed
 STAMP := $(VENV)/.installed
 TOOLS := $(VENV)/.installed-tests
@@ -48,6 +49,14 @@ audit: $(AUDIT)
 $(AUDIT): $(STAMP)
 	$(PYTHON) -m venv $(VENV)/audit
 	-$(AUDIT) -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
+
+# The documentation as a site, in .site; a broken link ends it. Its tool has an environment of its own.
+site: $(SITE)
+	$(SITE) build --clean --strict
+
+$(SITE):
+	$(PYTHON) -m venv $(VENV)/site
+	$(VENV)/site/bin/python -m pip install --quiet --disable-pip-version-check zensical==0.0.73
 
 # Khronos' glTF validator, which some tests ask; without it, and outside CI, they are skipped.
 validator: $(VALIDATOR)

@@ -1,0 +1,35 @@
+"""The documentation as a site: what its navigation has, and what it would load from elsewhere."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "zensical.toml").read_text())["project"]
+KINDS = ["Home", "Tutorials", "How-to", "Explanation", "Reference"]
+
+
+def pages(entries: list[dict[str, Any]]) -> Iterator[str]:
+    for entry in entries:
+        for value in entry.values():
+            if isinstance(value, str):
+                yield value
+            else:
+                yield from pages(value)
+
+
+def test_the_site_has_every_page_once() -> None:
+    found = sorted(path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md"))
+
+    assert sorted(pages(PROJECT["nav"])) == [path.as_posix() for path in found]
+
+
+def test_the_pages_are_of_four_kinds() -> None:
+    assert [name for entry in PROJECT["nav"] for name in entry] == KINDS
+
+
+def test_the_site_loads_no_font_from_elsewhere() -> None:
+    assert PROJECT["theme"]["font"] is False
