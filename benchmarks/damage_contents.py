@@ -108,6 +108,11 @@ def _no_ior(model: Model) -> None:
     model.surfaces[1].ior = None
 
 
+@damage("extension of a material altered", GLTF)
+def _other_ior(model: Model) -> None:
+    model.surfaces[1].ior = 1.1
+
+
 @damage("library lost", ("obj",))
 def _no_library(model: Model) -> None:
     model.library = False
@@ -139,6 +144,12 @@ def _nan_animation(model: Model) -> None:
     model.turns = np.full_like(model.turns, np.nan)
 
 
+@damage("animation turns the other way", GLTF)
+def _turned_animation(model: Model) -> None:
+    assert model.turns is not None
+    model.turns = model.turns * [1, -1, 1, 1]
+
+
 @damage("animation renamed", GLTF)
 def _other_animation(model: Model) -> None:
     model.animation = "Take 001"
@@ -161,6 +172,13 @@ def _far_joints(model: Model) -> None:
     flag = model.parts[2]
     assert flag.joints is not None
     flag.joints = flag.joints + 9
+
+
+@damage("joints exchanged", GLTF)
+def _other_binding(model: Model) -> None:
+    flag = model.parts[2]
+    assert flag.joints is not None
+    flag.joints = flag.joints[:, [1, 0, 2, 3]]
 
 
 @damage("a joint lost", GLTF)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from typing import TypeVar, get_args
+from typing import Any, Protocol, TypeVar, get_args
 
 from meshcone.assets import Asset
 from meshcone.assets.content import Content
@@ -17,6 +17,8 @@ from meshcone.auditing.contents import (
     Placed,
     animations,
     attributes,
+    fittings,
+    followers,
     images,
     materials,
     meshes,
@@ -24,9 +26,9 @@ from meshcone.auditing.contents import (
     nodes,
     skins,
     targets,
+    tracks,
     uv_layouts,
 )
-from meshcone.auditing.layout import Layout
 from meshcone.auditing.records.changes import (
     ROWS_KEPT,
     Change,
@@ -69,14 +71,17 @@ def _differences(reference: Asset, source: Asset) -> Iterator[Change]:
     yield from _listed("libraries", *both(lambda content: content.libraries))
     yield from _listed("images", *both(images))
     yield from _listed("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")))
-    yield from _layouts(*both(uv_layouts))
+    yield from _otherwise("uv_sets", "lies otherwise in its texture", *both(uv_layouts))
     yield from _listed("color_sets", *both(lambda content: attributes(content, "COLOR_")))
     yield from _listed("attributes", *both(lambda content: attributes(content, None)))
     yield from _listed("morph_targets", *both(targets))
     yield from _described("skins", *both(skins))
+    bound = followers(reference, old), followers(source, new)
+    yield from _otherwise("skins", "moves another part", *bound)
     yield from _described("animations", *both(animations), can_be_renamed=True)
-    yield from _listed("cameras", *both(lambda content: named(content.cameras)))
-    yield from _listed("lights", *both(lambda content: named(content.lights)))
+    yield from _otherwise("animations", "moves otherwise", *both(tracks))
+    yield from _described("cameras", *both(lambda content: fittings(content.cameras)))
+    yield from _described("lights", *both(lambda content: fittings(content.lights)))
     yield from _listed("extensions", *both(lambda content: named(content.extensions_used)))
     extras = both(lambda content: {place: Fact({"data": d}) for place, d in content.extras.items()})
     yield from _described("extras", *extras)
@@ -136,17 +141,25 @@ def _moves(reference: Mapping[str, Placed], source: Mapping[str, Placed]) -> Ite
             )
 
 
-def _layouts(reference: Mapping[str, Layout], source: Mapping[str, Layout]) -> Iterator[Change]:
+class _Comparable(Protocol):
+    """What can be told to be about the same, though not to the last digit."""
+
+    def is_like(self, other: Any) -> bool: ...
+
+    def words(self) -> str: ...
+
+
+def _otherwise(
+    what: str,
+    words: str,
+    reference: Mapping[str, _Comparable],
+    source: Mapping[str, _Comparable],
+) -> Iterator[Change]:
+    """What both files have and is not about the same."""
     for name in [each for each in reference if each in source]:
         if not reference[name].is_like(source[name]):
-            yield _change(
-                "altered",
-                "uv_sets",
-                name,
-                "lies otherwise in its texture",
-                before=reference[name].words(),
-                after=source[name].words(),
-            )
+            before, after = reference[name].words(), source[name].words()
+            yield _change("altered", what, name, words, before=before, after=after)
 
 
 def _change(

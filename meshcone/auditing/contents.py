@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets import Asset
-from meshcone.assets.content import Animation, Content, Material, TextureUse
+from meshcone.assets.content import Animation, Channel, Content, Fitting, Material, TextureUse
+from meshcone.auditing.bindings import Binding, bindings
 from meshcone.auditing.layout import Layout, layouts
+from meshcone.auditing.tracks import Track
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry
 # Of the diagonal of what a node draws: more than quantising to 12 bits moves any corner.
@@ -201,6 +203,32 @@ def animations(content: Content) -> dict[str, Fact]:
     return dict(zip(_keys([each.name for each in content.animations]), facts, strict=True))
 
 
+def fittings(found: Sequence[Fitting]) -> dict[str, Fact]:
+    """Cameras or lights, with what is said of them."""
+    facts = [Fact(each.parameters) for each in found]
+    return dict(zip(_keys([each.name for each in found]), facts, strict=True))
+
+
+def tracks(content: Content) -> dict[str, Track]:
+    """What each channel of each animation does: ``animation: node path``."""
+    keys = _keys([each.name for each in content.animations])
+    return {
+        f"{key}: {_target(channel, content)}": track
+        for key, animation in zip(keys, content.animations, strict=True)
+        for channel in animation.channels
+        if (track := Track.of(channel)) is not None
+    }
+
+
+def followers(asset: Asset, content: Content) -> dict[str, Binding]:
+    """Which part of each mesh follows each joint: ``mesh: joint``."""
+    return bindings(asset, content, _keys([mesh.name for mesh in content.meshes]))
+
+
+def _target(channel: Channel, content: Content) -> str:
+    return f"{content.label(channel.node) if channel.node is not None else '-'} {channel.path}"
+
+
 def _keys(names: Sequence[str]) -> list[str]:
     seen: dict[str, int] = {}
     keys = []
@@ -223,8 +251,11 @@ def _material(material: Material, digests: Sequence[str]) -> Fact:
         "alpha mode": material.alpha_mode,
         "double-sidedness": "yes" if material.double_sided else "no",
         "extensions": ", ".join(material.extensions) or "none",
+        **dict(material.parameters),
         "definition": "yes" if material.defined else "no",
     }
+    if material.alpha_mode == "MASK":
+        properties["alpha mode"] += f" at {_numbers([material.alpha_cutoff])}"
     for use in material.textures:
         properties[f"{use.slot.replace('_', ' ')} texture"] = _use(use, digests)
     return Fact(properties)
@@ -235,16 +266,15 @@ def _use(use: TextureUse, digests: Sequence[str]) -> str:
     told = [image, f"set {use.uv_set}", f"wrap {'/'.join(use.wrap)}"]
     if (use.offset, use.rotation, use.scale) != ((0.0, 0.0), 0.0, (1.0, 1.0)):
         told.append(f"transform {_numbers([*use.offset, use.rotation, *use.scale])}")
+    if use.nearest:
+        told.append("not interpolated")
     if use.strength != 1.0:
         told.append(f"strength {_numbers([use.strength])}")
     return ", ".join(told)
 
 
 def _animation(animation: Animation, content: Content) -> Fact:
-    channels = sorted(
-        f"{content.label(each.node) if each.node is not None else '-'} {each.path}"
-        for each in animation.channels
-    )
+    channels = sorted(_target(each, content) for each in animation.channels)
     return Fact(
         {
             "duration": f"{animation.duration:.4g} s",

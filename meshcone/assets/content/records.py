@@ -88,6 +88,7 @@ class Material:
         emissive: linear RGB.
         textures: those bound to it, in the order of the file.
         extensions: names of the extensions it uses.
+        parameters: what the extensions say besides textures: ``EXTENSION member`` and value.
         defined: whether the file, or a library sent with it, says what it looks like.
     """
 
@@ -101,6 +102,7 @@ class Material:
     double_sided: bool = False
     textures: tuple[TextureUse, ...] = ()
     extensions: tuple[str, ...] = ()
+    parameters: tuple[tuple[str, str], ...] = ()
     defined: bool = True
 
     def texture(self, slot: str) -> TextureUse | None:
@@ -180,6 +182,8 @@ class Channel:
         keys: how many.
         first, last: seconds.
         finite: whether every time and value is a number.
+        track: (s, c) its values, evenly from first to last; None where they are none that fit
+            the keys.
     """
 
     node: int | None
@@ -189,6 +193,7 @@ class Channel:
     first: float
     last: float
     finite: bool
+    track: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -202,6 +207,14 @@ class Animation:
     def duration(self) -> float:
         """Seconds to the last key of any channel."""
         return max((channel.last for channel in self.channels), default=0.0)
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """A camera or a light: its name, empty if it has none, and what is said of it."""
+
+    name: str
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -263,7 +276,7 @@ class Content:
         draws: what the default scene draws with triangles; their rows make up the asset's.
         other_draws: points and lines it draws.
         textures: how many the file lists.
-        cameras, lights: their names, empty where they have none.
+        cameras, lights: in the order of the file.
         scenes: their names.
         extensions_used, extensions_required: as listed.
         buffer_bytes: bytes of all buffers, images in them included.
@@ -281,8 +294,8 @@ class Content:
     textures: int = 0
     skins: tuple[Skin, ...] = ()
     animations: tuple[Animation, ...] = ()
-    cameras: tuple[str, ...] = ()
-    lights: tuple[str, ...] = ()
+    cameras: tuple[Fitting, ...] = ()
+    lights: tuple[Fitting, ...] = ()
     scenes: tuple[str, ...] = ()
     extensions_used: tuple[str, ...] = ()
     extensions_required: tuple[str, ...] = ()

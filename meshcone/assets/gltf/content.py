@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.content import Attribute, Content, Draw, Mesh, Node, Primitive
+from meshcone.assets.content import Attribute, Content, Draw, Fitting, Mesh, Node, Primitive
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.document import Document
@@ -20,6 +20,7 @@ from meshcone.assets.gltf.lenient import Lenient
 from meshcone.assets.gltf.materials import MaterialReader
 from meshcone.assets.gltf.motion import MotionReader
 from meshcone.assets.gltf.nodes import local_matrix
+from meshcone.assets.gltf.parameters import parameters
 from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.scene import PlacedPrimitive, Scene
 
@@ -75,8 +76,8 @@ class _Reader:
             textures=materials.textures,
             skins=motion.skins(),
             animations=motion.animations(),
-            cameras=tuple(camera.name for camera in root.children("cameras")),
-            lights=tuple(light.name for light in self._lights),
+            cameras=tuple(map(_fitting, root.children("cameras"))),
+            lights=tuple(map(_fitting, self._lights)),
             scenes=tuple(scene.name for scene in root.children("scenes")),
             extensions_used=tuple(root.texts("extensionsUsed")),
             extensions_required=tuple(root.texts("extensionsRequired")),
@@ -242,6 +243,10 @@ class _Reader:
 def _posed(read: _Read, pose: Pose, rows: NDArray[np.int64]) -> NDArray[np.float64]:
     """(r, 3) normals as they are shown: joints have turned them."""
     return pose.turn_normals(read(rows), rows)
+
+
+def _fitting(element: Lenient) -> Fitting:
+    return Fitting(element.name, parameters(element.element.value))
 
 
 def _other_draws(nodes: tuple[Node, ...], meshes: tuple[Mesh, ...]) -> int:

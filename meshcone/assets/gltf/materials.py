@@ -10,6 +10,7 @@ from meshcone.assets.content.records import AlphaMode, Wrap
 from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.lenient import Lenient
+from meshcone.assets.gltf.parameters import parameters
 
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 _NEAREST = 9728
@@ -66,6 +67,12 @@ class MaterialReader:
             double_sided=material.flag("doubleSided"),
             textures=tuple(self._uses(material, pbr)),
             extensions=material.extensions(),
+            parameters=tuple(
+                (f"{name} {key}", told)
+                for name in material.extensions()
+                if (extension := material.extension(name))
+                for key, told in parameters(extension.element.value).items()
+            ),
         )
 
     def _uses(self, material: Lenient, pbr: Lenient | None) -> Iterator[TextureUse]:

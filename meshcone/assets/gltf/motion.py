@@ -12,6 +12,8 @@ from meshcone.assets.gltf.lenient import Lenient
 
 _VALUES_READ = 16_000_000  # of all animations of a file; any number of channels may name them
 
+_SAMPLES = 33  # of a channel's course
+
 
 class MotionReader:
     """Reads what moves in one document."""
@@ -49,15 +51,17 @@ class MotionReader:
             raise element.error(missing, f"'{missing}' is missing")
         sampler = samplers[number]
         times, values = self._values(sampler, "input"), self._values(sampler, "output")
+        interpolation = (sampler.text("interpolation") or "LINEAR")[:40]
         finite = bool(np.isfinite(times).all() and np.isfinite(values).all())
         return Channel(
             node=target.reference("node", self._nodes, "node"),
             path=(target.text("path") or "")[:40],
-            interpolation=(sampler.text("interpolation") or "LINEAR")[:40],
+            interpolation=interpolation,
             keys=len(times),
             first=float(times.min()) if finite else 0.0,
             last=float(times.max()) if finite else 0.0,
             finite=finite,
+            track=_track(times.ravel(), values, interpolation) if finite else None,
         )
 
     def _values(self, sampler: Element, key: str) -> NDArray[np.float64]:
@@ -69,3 +73,26 @@ class MotionReader:
         if self._left < 0:
             raise sampler.error(key, f"the animations have more than {_VALUES_READ:,} values")
         return decode(self._accessors.read(accessor), accessor.normalized)
+
+
+def _track(
+    times: NDArray[np.float64], values: NDArray[np.float64], interpolation: str
+) -> NDArray[np.float64] | None:
+    """Values at even steps from the first key to the last; a spline's without its tangents."""
+    keys = len(times)
+    if keys == 0 or values.size % keys:
+        return None
+    rows = values.reshape(keys, -1)
+    if interpolation == "CUBICSPLINE":  # in-tangent, value and out-tangent of each key
+        if rows.shape[1] % 3:
+            return None
+        rows = rows.reshape(keys, 3, -1)[:, 1]
+    at = np.linspace(times[0], times[-1], _SAMPLES)
+    before = np.clip(np.searchsorted(times, at, side="right") - 1, 0, keys - 1)
+    if interpolation == "STEP":
+        return rows[before]
+    after = np.minimum(before + 1, keys - 1)
+    length = times[after] - times[before]
+    share = np.divide(at - times[before], length, out=np.zeros_like(at), where=length > 0)[:, None]
+    sampled: NDArray[np.float64] = (1 - share) * rows[before] + share * rows[after]
+    return sampled
