@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -13,7 +12,6 @@ _FEWEST_DIGITS = 6
 _MOST_DIGITS = 17  # what it takes to write any float64 so that it reads back the same
 _FEWEST_DECIMALS_OF_NORMALS = 4
 _MOST_DECIMALS = 20
-_DECIMAL = re.compile(rb"[+-]?\d*\.(\d+)")
 
 
 @dataclass(frozen=True)
@@ -34,9 +32,10 @@ class NumberStyle:
         most = _FEWEST_DIGITS
         decimals: set[int] = set()
         for word in words:
-            most = max(most, _digits(word))
-            match = _DECIMAL.fullmatch(word)
-            decimals.add(len(match[1]) if match else 0)
+            mantissa, exponent, _ = word.lower().partition(b"e")
+            whole, _, fraction = mantissa.partition(b".")
+            most = max(most, len((whole + fraction).lstrip(b"+-0")))
+            decimals.add(len(fraction) if not exponent and fraction.isdigit() else 0)
         if len(decimals) == 1 and 0 < max(decimals) <= _MOST_DECIMALS:
             return NumberStyle(True, decimals.pop())
         return NumberStyle(False, min(most, _MOST_DIGITS))
@@ -71,8 +70,3 @@ class NumberStyle:
         if self.fixed:
             return replace(self, digits=max(self.digits, _FEWEST_DECIMALS_OF_NORMALS))
         return self
-
-
-def _digits(word: bytes) -> int:
-    mantissa = re.split(rb"[eE]", word, maxsplit=1)[0]
-    return len(mantissa.lstrip(b"+-0.").replace(b".", b""))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 
 from meshcone.quality.records import Directed, Directions, Histogram, SignedDistances
@@ -91,7 +90,7 @@ def inside(points: Floats, reference: Mesh) -> Bools:
     hierarchy (Barill et al. 2018). Unlike the side of the closest face it is right where the
     closest point lies on an edge or a corner, and where parts of the mesh cross each other.
     """
-    turns = igl.fast_winding_number(reference.vertices, reference.faces, np.asarray(points))
+    turns = reference.windings.winding_number(np.asarray(points))
     return np.asarray(np.abs(np.atleast_1d(turns)) > 0.5)
 
 

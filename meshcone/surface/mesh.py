@@ -19,6 +19,8 @@ from meshcone.surface.arrays import (
 )
 
 if TYPE_CHECKING:
+    import igl
+
     from meshcone.surface.box_tree import BoxTree
 
 
@@ -133,6 +135,15 @@ class Mesh:
             return kin.moved_to(self.vertices)
         self._connectivity.tree = BoxTree.of(self.vertices, self.faces)
         return self._connectivity.tree
+
+    @cached_property
+    def windings(self) -> igl.FastWindingNumberBVH:
+        """A hierarchy over the faces for winding numbers."""
+        import igl  # for the same reason
+
+        hierarchy = igl.FastWindingNumberBVH()
+        hierarchy.init(self.vertices, self.faces, 2)
+        return hierarchy
 
     @cached_property
     def edge_lengths(self) -> Floats:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from functools import reduce
-
 import numpy as np
 
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
+from meshcone.surface.compiled import compiled
 
-# Rows worked on at a time: temporaries stay in the processor's cache.
-_BLOCK = 8192
 _TINY = 1e-300
+
+_Vector = tuple[float, float, float]
 
 
 class Triangles:
@@ -45,10 +43,7 @@ class Triangles:
         whether or not it is: a distance is never below the true one by more than rounding.
         """
         found = np.empty(len(points))
-        for start in range(0, len(points), _BLOCK):
-            block = slice(start, start + _BLOCK)
-            vectors = _vectors(points[block], self.rows.take(faces[block], axis=0))
-            found[block] = np.sqrt(reduce(np.minimum, (_products(each, each) for each in vectors)))
+        _measure(np.ascontiguousarray(points), self.rows, np.require(faces, np.int64, ["C"]), found)
         return found
 
     def distance_at_least(self, point: Floats) -> float:
@@ -59,19 +54,7 @@ class Triangles:
         are pushed back to touch their face's farthest corner. So it holds even where a
         closest point was found wrong.
         """
-        lowest = np.inf
-        for start in range(0, len(self), _BLOCK):
-            rows = self.rows[start : start + _BLOCK]
-            normals = _shortest(_vectors(np.broadcast_to(point, (len(rows), 3)), rows))
-            normals /= np.maximum(row_lengths(normals), _TINY)[:, None]
-            offset = point - rows[:, 0:3]
-            heights = [
-                row_dot(normals, offset),
-                row_dot(normals, offset - rows[:, 3:6]),
-                row_dot(normals, offset - rows[:, 6:9]),
-            ]
-            lowest = min(lowest, float(np.min(heights)))
-        return max(lowest, 0.0)
+        return max(float(_lowest(np.ascontiguousarray(point), self.rows)), 0.0)
 
 
 def corners_among(corners: Floats, others: Floats) -> Bools:
@@ -80,54 +63,77 @@ def corners_among(corners: Floats, others: Floats) -> Bools:
     return np.asarray(equal.any(axis=2).all(axis=1))
 
 
-_Vectors = tuple[Floats, Floats, Floats]
+# What is called stands above what calls it, which is compiled when it is read.
 
 
-def _shortest(vectors: Iterable[_Vectors]) -> Floats:
-    """The shortest of several vectors in each row, (k, 3)."""
-    each = np.stack([np.stack(found, axis=1) for found in vectors])
-    first = np.einsum("fij,fij->fi", each, each).argmin(axis=0)
-    return np.asarray(each[first, np.arange(each.shape[1])])
+@compiled()
+def _clipped(share: float) -> float:
+    """A share of an edge between 0 and 1; 0 for an edge without length."""
+    return 1.0 if share >= 1 else share if share > 0 else 0.0
 
 
-def _vectors(points: Floats, rows: Floats) -> Iterator[_Vectors]:
-    """Vectors to (k, 3) points from four feet a + v (b − a) + w (c − a), by coordinate.
+@compiled()
+def _less(vector: _Vector, row: Floats, v: float, w: float) -> _Vector:
+    """A vector from a face's first corner, less v (b − a) + w (c − a)."""
+    x, y, z = vector[0] - v * row[3], vector[1] - v * row[4], vector[2] - v * row[5]
+    return x - w * row[6], y - w * row[7], z - w * row[8]
+
+
+@compiled()
+def _product(left: _Vector, x: float, y: float, z: float) -> float:
+    return left[0] * x + left[1] * y + left[2] * z
+
+
+@compiled()
+def _shortest(x: float, y: float, z: float, row: Floats) -> _Vector:
+    """The shortest vector to a point from four feet a + v (b − a) + w (c − a).
 
     One foot is inside the face, or at its first corner, and one on each edge; v, w ≥ 0 and
     v + w ≤ 1 hold by construction. The shortest vector leads to the closest point. That
     vectors are compared, and nothing derived from them, keeps small distances accurate.
     """
-    offset, ab, ac, across = (
-        _columns(columns)
-        for columns in (points - rows[:, :3], rows[:, 3:], rows[:, 6:], rows[:, 9:])
-    )
-    aa, bb, cc, area = rows[:, 12], rows[:, 13], rows[:, 14], rows[:, 15]
-    along_ab, along_ac = _products(offset, ab), _products(offset, ac)
-    with np.errstate(all="ignore"):  # faces without area: every comparison with NaN is false
-        w = _products(offset, across) / area
-        v = (along_ab - w * bb) / aa
-        inside = (v >= 0) & (w >= 0) & (v + w <= 1)
-        on_ab, on_ac = _clipped(along_ab / aa), _clipped(along_ac / cc)
-        on_bc = _clipped((along_ac - along_ab - bb + aa) / (aa - 2 * bb + cc))
-    yield _less(_less(offset, np.where(inside, v, 0.0), ab), np.where(inside, w, 0.0), ac)
-    yield _less(offset, on_ab, ab)
-    yield _less(offset, on_ac, ac)
-    yield _less(_less(offset, 1 - on_bc, ab), on_bc, ac)
+    offset = x - row[0], y - row[1], z - row[2]
+    aa, bb, cc, area = row[12], row[13], row[14], row[15]
+    along_ab = _product(offset, row[3], row[4], row[5])
+    along_ac = _product(offset, row[6], row[7], row[8])
+    # Of a face without area these are no numbers, and no comparison with them is true.
+    w = _product(offset, row[9], row[10], row[11]) / area
+    v = (along_ab - w * bb) / aa
+    inside = v >= 0 and w >= 0 and v + w <= 1
+    on_bc = _clipped((along_ac - along_ab - bb + aa) / (aa - 2 * bb + cc))
+    best = _less(offset, row, v if inside else 0.0, w if inside else 0.0)
+    least = _product(best, best[0], best[1], best[2])
+    for edge in range(3):
+        if edge == 0:
+            other = _less(offset, row, _clipped(along_ab / aa), 0.0)
+        elif edge == 1:
+            other = _less(offset, row, 0.0, _clipped(along_ac / cc))
+        else:
+            other = _less(offset, row, 1 - on_bc, on_bc)
+        squared = _product(other, other[0], other[1], other[2])
+        if squared < least:
+            best, least = other, squared
+    return best
 
 
-def _columns(rows: Floats) -> _Vectors:
-    return rows[:, 0], rows[:, 1], rows[:, 2]
+@compiled("void(float64[:,::1], float64[:,::1], int64[::1], float64[::1])")
+def _measure(points: Floats, rows: Floats, faces: Ints, found: Floats) -> None:
+    for i in range(len(points)):
+        best = _shortest(points[i, 0], points[i, 1], points[i, 2], rows[faces[i]])
+        found[i] = np.sqrt(_product(best, best[0], best[1], best[2]))
 
 
-def _clipped(shares: Floats) -> Floats:
-    """Shares of an edge between 0 and 1; 0 for an edge without length."""
-    return np.minimum(np.where(shares > 0, shares, 0.0), 1.0)  # false for NaN
-
-
-def _less(vectors: _Vectors, shares: Floats, sides: _Vectors) -> _Vectors:
-    (x, y, z), (a, b, c) = vectors, sides
-    return x - shares * a, y - shares * b, z - shares * c
-
-
-def _products(left: _Vectors, right: _Vectors) -> Floats:
-    return np.asarray(left[0] * right[0] + left[1] * right[1] + left[2] * right[2])
+@compiled("float64(float64[::1], float64[:,::1])")
+def _lowest(point: Floats, rows: Floats) -> float:
+    """The smallest height of a point (3,) over the planes of all faces, as above."""
+    lowest = np.inf
+    for face in range(len(rows)):
+        row = rows[face]
+        x, y, z = _shortest(point[0], point[1], point[2], row)
+        length = max(np.sqrt(x * x + y * y + z * z), _TINY)
+        normal = x / length, y / length, z / length
+        a, b, c = point[0] - row[0], point[1] - row[1], point[2] - row[2]
+        for v, w in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
+            corner = _less((a, b, c), row, v, w)
+            lowest = min(lowest, _product(normal, corner[0], corner[1], corner[2]))
+    return lowest
