@@ -94,6 +94,7 @@ $(VENV)/bin/python:
 $(STAMP): pyproject.toml constraints.txt | $(VENV)/bin/python
 	@echo "Installing MeshCone into $(VENV): about 900 MB, a minute or two"
 	$(INSTALL) --editable .
+	$(BIN)/python -c "import meshcone.verbs.refine, meshcone.surface.box_tree" # compiled now, not at the first use
 	touch $@
 
 $(TOOLS): $(STAMP)
