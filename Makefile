@@ -11,7 +11,7 @@ TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots clean
+.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots site clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
