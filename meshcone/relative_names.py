@@ -36,7 +36,10 @@ def inside(path: str) -> str | None:
             parts.pop()
         elif part not in ("", "."):
             parts.append(part)
-    return "/".join(parts) if parts and not path.endswith("/") else None
+    name = "/".join(parts)
+    # What stood behind "./" may be a drive all the same.
+    is_file = bool(parts) and not path.endswith("/") and not _SCHEME_OR_DRIVE.match(name)
+    return name if is_file else None
 
 
 def sent_as(name: str, sent: Mapping[str, bytes]) -> str | None:

@@ -28,7 +28,21 @@ def test_a_relative_uri_means_a_file_in_the_folder(uri: str, path: str) -> None:
 
 @pytest.mark.parametrize(
     "uri",
-    ["", ".", "..", "a/", "/a", "\\a", "../a", "a/../../a", "%2e%2e/a", "file:a", "C:\\a", "a%00"],
+    [
+        "",
+        ".",
+        "..",
+        "a/",
+        "/a",
+        "\\a",
+        "../a",
+        "a/../../a",
+        "%2e%2e/a",
+        "file:a",
+        "C:\\a",
+        "./C:",
+        "a%00",
+    ],
 )
 def test_anything_else_means_none(uri: str) -> None:
     assert from_uri(uri) is None
