@@ -1,6 +1,7 @@
 """The Python client of the API."""
 
 from service.api.schemas import LinkedFile, OutputPlace
-from service.client.client import Client, ServiceError
+from service.client.client import Client
+from service.client.transport import ServiceError
 
 __all__ = ["Client", "LinkedFile", "OutputPlace", "ServiceError"]

@@ -35,31 +35,14 @@ from service.api.schemas import (
     SentFile,
     job_path,
 )
-from service.client.patience import Patience
-from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
+from service.client.transport import Transport
 from worker.jobs.records import FINAL_STATES, OutputName
 
-REQUEST_TIMEOUT = 60.0  # seconds
 PATIENCE = 120.0  # seconds
 
 _ByName = NamedBlob | LinkedFile
 _FIRST_LOOK = 0.05  # seconds
 _GROWTH = 1.5  # of the pause between two looks
-_PASSING = frozenset({429, 502, 503, 504})  # statuses after which to try again
-_KEY_IN_USE = f"{TYPE_PREFIX}key-in-use"
-
-
-class ServiceError(Exception):
-    """The service answered with a problem.
-
-    Attributes:
-        problem: what it said.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        where = ", ".join(part for part in (problem.file, problem.place) if part)
-        super().__init__(f"{where}: {problem.detail}" if where else problem.detail)
-        self.problem = problem
 
 
 class Client:
@@ -79,16 +62,7 @@ class Client:
     def __init__(
         self, base_url: str, *, api_key: str | None = None, patience: float = PATIENCE
     ) -> None:
-        # A proxy from the environment cannot reach a service on this machine.
-        is_local = httpx2.URL(base_url).host in ("127.0.0.1", "localhost", "::1")
-        self._http = httpx2.Client(
-            base_url=base_url,
-            headers={} if api_key is None else {"Authorization": f"Bearer {api_key}"},
-            timeout=REQUEST_TIMEOUT,
-            trust_env=not is_local,
-        )
-        self._patience = patience
-        self._has_answered = False
+        self._transport = Transport(base_url, api_key, patience)
 
     def __enter__(self) -> Self:
         return self
@@ -103,7 +77,7 @@ class Client:
 
     def close(self) -> None:
         """Close the connections."""
-        self._http.close()
+        self._transport.close()
 
     def submit(
         self,
@@ -165,7 +139,7 @@ class Client:
         ):
             parts += [(field, _content(file)) for file in files]
         headers = {"Idempotency-Key": idempotency_key or str(uuid.uuid4())}
-        answer = self._request("POST", JOBS_PATH, files=parts, headers=headers)
+        answer = self._transport.request("POST", JOBS_PATH, files=parts, headers=headers)
         return Job.model_validate_json(answer.content)
 
     def upload(self, file: MeshFile) -> NamedBlob:
@@ -173,8 +147,8 @@ class Client:
         digest = hashlib.sha256(file.data).hexdigest()
         path = f"/v1/blobs/{digest}"
         # Sent again, it would only be kept for longer: that is what a job that names it does.
-        if self._answer("HEAD", path).status_code != httpx2.codes.OK:
-            self._request("PUT", path, content=file.data)
+        if self._transport.answer("HEAD", path).status_code != httpx2.codes.OK:
+            self._transport.request("PUT", path, content=file.data)
         return NamedBlob(name=file.name, sha256=digest)
 
     def job(self, job_id: str) -> Job:
@@ -186,7 +160,7 @@ class Client:
 
         Filters are the parameters of ``GET /v1/jobs``.
         """
-        answer = self._request("GET", JOBS_PATH, params=filters)
+        answer = self._transport.request("GET", JOBS_PATH, params=filters)
         return JobList.model_validate_json(answer.content)
 
     def all_jobs(self, **filters: str | int | Sequence[str]) -> Iterator[ListedJob]:
@@ -232,12 +206,12 @@ class Client:
 
     def cancel(self, job_id: str) -> Job:
         """Cancel a queued job, or ask a running one to stop."""
-        answer = self._request("POST", f"{job_path(job_id)}/cancel")
+        answer = self._transport.request("POST", f"{job_path(job_id)}/cancel")
         return Job.model_validate_json(answer.content)
 
     def delete(self, job_id: str) -> None:
         """Remove a job that has ended, with its files."""
-        self._request("DELETE", job_path(job_id))
+        self._transport.request("DELETE", job_path(job_id))
 
     def delete_all(self, *labels: str) -> Deletion:
         """Remove every job that has all of the labels and has ended, page by page.
@@ -250,7 +224,7 @@ class Client:
         deleted = not_finished = 0
         parameters: dict[str, Any] = {"label": labels}
         while True:
-            answer = self._request("DELETE", JOBS_PATH, params=parameters)
+            answer = self._transport.request("DELETE", JOBS_PATH, params=parameters)
             page = Deletion.model_validate_json(answer.content)
             deleted, not_finished = deleted + page.deleted, not_finished + page.not_finished
             if page.next is None:
@@ -300,47 +274,13 @@ class Client:
         return self._get(f"{job_path(job_id)}/diagnostics.csv").text
 
     def _get(self, path: str) -> httpx2.Response:
-        return self._request("GET", path)
-
-    def _request(self, method: str, path: str, **content: Any) -> httpx2.Response:
-        answer = self._answer(method, path, **content)
-        problem = _problem(answer)
-        if problem is not None:
-            raise ServiceError(problem)
-        return answer.raise_for_status()
-
-    def _answer(self, method: str, path: str, **content: Any) -> httpx2.Response:
-        """The answer to a request, which is repeated as long as there is hope."""
-        patience = Patience(self._patience)
-        while True:
-            try:
-                answer = self._http.request(method, path, **content)
-            except httpx2.TransportError:
-                if self._has_answered and patience.pause():
-                    continue
-                raise
-            self._has_answered = True
-            if not (_is_passing(answer) and patience.pause(answer.headers)):
-                return answer
+        return self._transport.request("GET", path)
 
 
 def _content(file: MeshFile | NamedBlob | LinkedFile) -> tuple[str | None, str | bytes]:
     if isinstance(file, _ByName):
         return None, file.model_dump_json()
     return file.name, file.data
-
-
-def _is_passing(answer: httpx2.Response) -> bool:
-    if answer.status_code in _PASSING:
-        return True
-    problem = _problem(answer) if answer.status_code == httpx2.codes.CONFLICT else None
-    return problem is not None and problem.type == _KEY_IN_USE
-
-
-def _problem(answer: httpx2.Response) -> Problem | None:
-    if not answer.headers.get("content-type", "").startswith(MEDIA_TYPE):
-        return None
-    return Problem.model_validate_json(answer.content) if answer.content else None
 
 
 def _listed(options: Mapping[str, Any]) -> str | None:

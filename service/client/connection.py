@@ -17,7 +17,8 @@ from meshcone.errors import (
     OutOfMemoryError,
     SolveTimeoutError,
 )
-from service.client.client import Client, ServiceError
+from service.client.client import Client
+from service.client.transport import ServiceError
 from service.problems import Problem
 
 API_KEY_VARIABLE = "MESHCONE_API_KEY"  # an argument could be read by everybody on this machine

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_PLACED_AT_ONCE = 500  # jobs; the broker does nothing else meanwhile, for milliseconds
+_PLACED_AT_ONCE = 100  # jobs; the broker does nothing else meanwhile, for some milliseconds
+_LOOKS = 5  # at so many jobs, each time
 
 
 class Housekeeper:
@@ -37,8 +38,9 @@ class Housekeeper:
     def tidy(self) -> None:
         """Expire, delete and sweep what is due."""
         self._queue.forget_dead_workers()
-        while self._ledger.place_by_project(_PLACED_AT_ONCE):
-            pass  # an upgrade's first look goes through all jobs, later ones through some each time
+        for _ in range(_LOOKS):
+            while self._ledger.place_by_project(_PLACED_AT_ONCE):
+                pass  # the first look after an upgrade goes through all jobs
         for job_id in self._due():
             try:
                 self._ledger.expire(job_id)

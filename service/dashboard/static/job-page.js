@@ -3,7 +3,7 @@
 import { download, follow, getJson, key, Problem, request, said } from "meshcone/api";
 import { byId, command, h } from "meshcone/dom";
 import { bytes, dateTime, number, seconds } from "meshcone/format";
-import { chip, hasEnded, stageWords, waitWords } from "meshcone/job-words";
+import { chip, hasEnded, projectTag, stageWords, waitWords } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
 import { pathsOf } from "meshcone/sides";
 import { quoted } from "meshcone/solver-panel";
@@ -23,7 +23,7 @@ function title(job) {
       h("h1", null, job.source.name, job.reference && [h("span", { class: "arrow" }, " → "), job.reference.name]),
       h("div", { class: "chips" },
         chip(job.state), job.summary?.outcome && chip(job.summary.outcome), job.verdict && chip(job.verdict, `gates: ${job.verdict.replace("_", " ")}`),
-        job.labels.map((label) => h("a", { class: "tag", href: `/compare?label=${encodeURIComponent(label)}` }, label)),
+        projectTag(job), job.labels.map((label) => h("a", { class: "tag", href: `/compare?label=${encodeURIComponent(label)}` }, label)),
         h("span", { class: "hint" }, [dateTime(job.created), took, job.attempt > 1 && `attempt ${job.attempt}`].filter(Boolean).join(" · ")))),
     actions);
 }

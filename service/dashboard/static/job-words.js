@@ -16,6 +16,9 @@ const OUTCOMES = {
 
 export const chip = (kind, text = words(kind)) => h("span", { class: `chip ${kind}` }, text);
 
+/** Whose a job is, where it matters: most installations have one project. */
+export const projectTag = (job) => job.project !== "default" && h("span", { class: "tag", title: "project" }, job.project);
+
 export const outcomeWords = (outcome) => OUTCOMES[outcome] ?? words(outcome);
 
 export const hasEnded = (job) => ["succeeded", "failed", "canceled"].includes(job.state);

@@ -3,7 +3,7 @@
 import { follow, getJson, said } from "meshcone/api";
 import { byId, h } from "meshcone/dom";
 import { age, dateTime } from "meshcone/format";
-import { chip, hasEnded, stageWords, worstWords, pairWords } from "meshcone/job-words";
+import { chip, hasEnded, projectTag, stageWords, worstWords, pairWords } from "meshcone/job-words";
 import { startSubmitting } from "meshcone/submit";
 
 const rows = byId("rows");
@@ -36,7 +36,7 @@ function row(job) {
   return h("tr", { "data-id": job.id },
     h("td", null,
       h("a", { class: "pair", href: `/jobs/${job.id}` }, pairWords(job)),
-      h("div", { class: "chips" }, labels, ["measure", "audit"].includes(job.mode) && h("span", { class: "tag" }, job.mode))),
+      h("div", { class: "chips" }, projectTag(job), labels, ["measure", "audit"].includes(job.mode) && h("span", { class: "tag" }, job.mode))),
     stateCell(job),
     h("td", { "data-label": "Outcome" }, job.summary?.outcome ? chip(job.summary.outcome) : null),
     h("td", { "data-label": "Verdict" }, verdict),

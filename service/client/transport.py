@@ -1,0 +1,95 @@
+"""Requests to a service that may be full, pace its clients or start again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx2
+
+from service.client.patience import Patience
+from service.problems import MEDIA_TYPE, TYPE_PREFIX, Problem
+
+REQUEST_TIMEOUT = 60.0  # seconds
+
+_PASSING = frozenset({429, 502, 503, 504})  # statuses after which to try again
+_KEY_IN_USE = f"{TYPE_PREFIX}key-in-use"
+
+
+class ServiceError(Exception):
+    """The service answered with a problem.
+
+    Attributes:
+        problem: what it said.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        where = ", ".join(part for part in (problem.file, problem.place) if part)
+        super().__init__(f"{where}: {problem.detail}" if where else problem.detail)
+        self.problem = problem
+
+
+class Transport:
+    """Sends requests, each of which can be repeated without doing anything twice.
+
+    Args:
+        base_url: where the service listens.
+        api_key: sent with each request, if any.
+        patience: seconds a request may spend waiting for a service that cannot answer just now.
+            One that has never answered is not waited for.
+    """
+
+    def __init__(self, base_url: str, api_key: str | None, patience: float) -> None:
+        # A proxy from the environment cannot reach a service on this machine.
+        is_local = httpx2.URL(base_url).host in ("127.0.0.1", "localhost", "::1")
+        self._http = httpx2.Client(
+            base_url=base_url,
+            headers={} if api_key is None else {"Authorization": f"Bearer {api_key}"},
+            timeout=REQUEST_TIMEOUT,
+            trust_env=not is_local,
+        )
+        self._patience = patience
+        self._has_answered = False
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def request(self, method: str, path: str, **content: Any) -> httpx2.Response:
+        """The answer to a request, if it is a good one.
+
+        Raises:
+            ServiceError: it is a problem.
+            httpx2.HTTPError: there is none, or not one of a MeshCone service.
+        """
+        answer = self.answer(method, path, **content)
+        problem = _problem(answer)
+        if problem is not None:
+            raise ServiceError(problem)
+        return answer.raise_for_status()
+
+    def answer(self, method: str, path: str, **content: Any) -> httpx2.Response:
+        """The answer to a request, whatever it is; repeated as long as there is hope."""
+        patience = Patience(self._patience)
+        while True:
+            try:
+                answer = self._http.request(method, path, **content)
+            except httpx2.TransportError:
+                if self._has_answered and patience.pause():
+                    continue
+                raise
+            self._has_answered = True
+            if not (_is_passing(answer) and patience.pause(answer.headers)):
+                return answer
+
+
+def _is_passing(answer: httpx2.Response) -> bool:
+    if answer.status_code in _PASSING:
+        return True
+    problem = _problem(answer) if answer.status_code == httpx2.codes.CONFLICT else None
+    return problem is not None and problem.type == _KEY_IN_USE
+
+
+def _problem(answer: httpx2.Response) -> Problem | None:
+    if not answer.headers.get("content-type", "").startswith(MEDIA_TYPE):
+        return None
+    return Problem.model_validate_json(answer.content) if answer.content else None
