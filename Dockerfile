@@ -8,8 +8,10 @@ COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY meshcone ./meshcone
 COPY worker ./worker
 COPY service ./service
+# Readers of design files, such as "[3mf,cad,usd]": 320 MB for these three.
+ARG EXTRAS=""
 RUN /opt/meshcone/bin/pip install --no-cache-dir --disable-pip-version-check \
-        --constraint constraints.txt .
+        --constraint constraints.txt ".${EXTRAS}"
 
 FROM python:3.11.14-slim-bookworm
 ENV PATH=/opt/meshcone/bin:$PATH \

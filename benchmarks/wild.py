@@ -31,7 +31,8 @@ from meshcone.options import parse_options
 from meshcone.verbs.measure import measure
 from meshcone.verbs.refine import refine
 
-SUFFIXES = {".obj", ".glb", ".gltf", ".ply", ".stl", ".off"}
+SUFFIXES = {".obj", ".glb", ".gltf", ".ply", ".stl", ".off", ".xyz", ".zip"}
+SUFFIXES |= {".step", ".stp", ".3mf", ".usd", ".usda", ".usdc", ".usdz"}
 SECONDS, MEMORY = 120.0, 4 * 1024**3
 CLOSE = 1e-4  # of the size: what quantised positions can be off
 

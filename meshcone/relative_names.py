@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import re
 import unicodedata
 from collections.abc import Mapping
@@ -40,6 +41,15 @@ def inside(path: str) -> str | None:
     # What stood behind "./" may be a drive all the same.
     is_file = bool(parts) and not path.endswith("/") and not _SCHEME_OR_DRIVE.match(name)
     return name if is_file else None
+
+
+def sent_beyond(uri: str, sent: Mapping[str, bytes]) -> str | None:
+    """The name of a file that a relative URI means beyond the mesh's folder, if it was sent.
+
+    Only an archive has such files: nobody else can send one.
+    """
+    path = posixpath.normpath(unquote(uri).replace("\\", "/"))
+    return sent_as(path, sent) if path.startswith("../") and path in sent else None
 
 
 def sent_as(name: str, sent: Mapping[str, bytes]) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import unicodedata
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ class Packed:
 
     Attributes:
         mesh: the mesh, called by its path there, with the other files by their paths from its
-            folder, or from the archive's where they are not below that.
+            folder; those of files beyond that begin with ``../``.
         data: the archive.
     """
 
@@ -101,12 +102,8 @@ def _is_mesh(path: PurePosixPath, suffixes: Collection[str]) -> bool:
 
 
 def _from_folder_of(name: str, contents: Mapping[str, bytes]) -> dict[str, bytes]:
-    folder = name.rpartition("/")[0]
-    prefix = f"{folder}/" if folder else ""
-    return {
-        **{each: content for each, content in contents.items() if not each.startswith(prefix)},
-        **{each[len(prefix) :]: contents[each] for each in contents if each.startswith(prefix)},
-    }
+    folder = posixpath.dirname(name) or "."
+    return {posixpath.relpath(each, folder): content for each, content in contents.items()}
 
 
 def _list(names: list[str]) -> str:

@@ -16,7 +16,7 @@ from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import MESHOPT, extension_of
 from meshcone.assets.pointers import refuse_pointer
-from meshcone.relative_names import from_uri, sent_as
+from meshcone.relative_names import from_uri, sent_as, sent_beyond
 
 _BUFFER_TYPE = "data:application/octet-stream;base64,"
 
@@ -92,10 +92,15 @@ class Buffers:
         uri = element.text("uri")
         if uri is None:
             return index == 0 and self._binary is not None
+        return uri[:5].lower() == "data:" or self._sent(uri) is not None
+
+    def _sent(self, uri: str) -> str | None:
+        """The name under which the file was sent that a URI means."""
         name = from_uri(uri)
-        return uri[:5].lower() == "data:" or (
-            name is not None and sent_as(name, self._resources) is not None
-        )
+        if name is None:
+            return sent_beyond(uri, self._resources)
+        plain = uri.removeprefix("./")
+        return plain if plain in self._resources else sent_as(name, self._resources)
 
     def __len__(self) -> int:
         return len(self._elements)
@@ -137,15 +142,15 @@ class Buffers:
             return NamedFile(
                 "", _decode_data_uri(uri, element), embedded=True, media_type=media_type
             )
-        name = from_uri(uri)
-        if name is None:
-            raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
-        for known in (uri.removeprefix("./"), sent_as(name, self._resources)):
-            if known is not None and known in self._resources:
-                data = self._resources[known]
-                refuse_pointer(data, element.place("uri"))
-                return NamedFile(known, data, embedded=False)
-        raise element.error("uri", f"names '{name[:80]}', which was not sent")
+        known = self._sent(uri)
+        if known is None:
+            name = from_uri(uri)
+            if name is None:
+                raise element.error("uri", f"'{uri[:80]}' is not the name of a file sent along")
+            raise element.error("uri", f"names '{name[:80]}', which was not sent")
+        data = self._resources[known]
+        refuse_pointer(data, element.place("uri"))
+        return NamedFile(known, data, embedded=False)
 
 
 def encode_data_uri(data: bytes, previous: str | None) -> str:

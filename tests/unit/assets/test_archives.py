@@ -177,6 +177,25 @@ def test_backslashes_of_windows_are_folders() -> None:
     assert len(asset.faces) == len(BALL[1])
 
 
+@pytest.mark.parametrize("uri", ["../data/a%20b.bin", "x/../../data/a b.bin"])
+def test_a_file_beyond_the_folder_of_the_mesh_is_found_within_the_archive(uri: str) -> None:
+    text, binary = shapes.gltf(*BALL, uri)
+
+    asset = read_asset("pack.zip", packed({"m/a.gltf": text, "data/a b.bin": binary}))
+
+    assert len(asset.faces) == len(BALL[1])
+    with pytest.raises(InputError, match="is not the name of a file sent along"):
+        read_asset("a.gltf", text, {"data/a b.bin": binary})
+
+
+@pytest.mark.parametrize("uri", ["../../data/a.bin", "../other.bin"])
+def test_no_file_beyond_the_archive_is_looked_for(uri: str) -> None:
+    text, binary = shapes.gltf(*BALL, uri)
+
+    with pytest.raises(InputError, match="is not the name of a file sent along"):
+        read_asset("pack.zip", packed({"m/a.gltf": text, "data/a.bin": binary}))
+
+
 @pytest.mark.parametrize(
     "others",
     [
