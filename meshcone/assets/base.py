@@ -273,24 +273,6 @@ class Asset(abc.ABC):
         """What :meth:`divided` changes of the file besides its faces."""
         return ()
 
-    def divided_rows(self, subdivision: Subdivision) -> NDArray[np.int64]:
-        """(f,) which triangle of the divided file each child of a subdivision is.
-
-        Triangles of a divided file stand in the order of those they lie in. One whose corners have
-        come to lie at one place, such as where a vertex is on the side of another face, is no
-        face of it, but is still listed.
-
-        Args:
-            subdivision: of ``self.faces``.
-        """
-        counts = np.ones(len(self.triangles), dtype=np.int64)
-        counts[self.kept] = np.bincount(subdivision.parents, minlength=len(self.faces))
-        starts = np.cumsum(counts) - counts
-        first = np.searchsorted(subdivision.parents, subdivision.parents)
-        rank = np.arange(len(subdivision.parents)) - first
-        rows: NDArray[np.int64] = starts[self.kept[subdivision.parents]] + rank
-        return rows
-
     def ensure_divisible(self) -> None:
         """Check, without a subdivision yet, that ``divided`` can write this format.
 

@@ -61,6 +61,21 @@ def attributes_check(source: Asset, refined: Asset, subdivision: Subdivision) ->
     return Check("attributes", True, words)
 
 
+def _divided_rows(source: Asset, subdivision: Subdivision) -> Ints:
+    """(f,) which triangle of the divided file each child is.
+
+    Triangles of a divided file stand in the order of those they lie in. One whose corners have
+    come to lie at one place, such as where a vertex is on the side of another face, is no
+    face of it, but is still listed.
+    """
+    counts = np.ones(len(source.triangles), dtype=np.int64)
+    counts[source.kept] = np.bincount(subdivision.parents, minlength=len(source.faces))
+    starts = np.cumsum(counts) - counts
+    first = np.searchsorted(subdivision.parents, subdivision.parents)
+    rank = np.arange(len(subdivision.parents)) - first
+    return np.asarray(starts[source.kept[subdivision.parents]] + rank, dtype=np.int64)
+
+
 def _wrong(name: str, off: Floats, wrong: Bools) -> Check:
     """Name the first face (f, 3) a corner of which is wrong, and how far off it is."""
     face = int(np.argmax(wrong.any(axis=1)))
@@ -82,7 +97,7 @@ class _Both:
     def __init__(self, source: Asset, refined: Asset, subdivision: Subdivision) -> None:
         self._before, self._after = _Corners(source), _Corners(refined)
         self._rows = source.kept[subdivision.parents]
-        self._now = source.divided_rows(subdivision)
+        self._now = _divided_rows(source, subdivision)
         self._weights = subdivision.corners / 2.0**subdivision.exponent
         self.names = sorted({*self._before.names, *self._after.names})
 

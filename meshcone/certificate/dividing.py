@@ -41,8 +41,14 @@ def divide(
     counts = subdivision.sources, len(subdivision.parents), int(subdivision.divided.sum())
     if told is None or (told.faces_before, told.faces_after, told.divided) != counts:
         raise InputError("the report states other numbers of faces than the division has")
+    written = pair.read_patched(refined)
+    expected = len(pair.source_asset.triangles) + len(subdivision.parents) - subdivision.sources
+    if len(written.triangles) != expected:  # nothing is written that large for a forger
+        raise InputError(
+            f"the refined file has {len(written.triangles):,} triangles, the source divided so "
+            f"has {expected:,}"
+        )
     divided = pair.divided(subdivision, report.options)
-    written = divided.read_patched(refined)
     require_same_structure(divided, written)
     whole = subdivision.sources - np.count_nonzero(subdivision.divided)
     words = (

@@ -179,7 +179,7 @@ def _fit(
         words = (
             f"{_percent(missed.mean())} of the reference's surface is farther from the source than "
             "a tenth of its radius: where the source has a hole or lacks a part, refining cannot "
-            "fill it, because it adds no faces."
+            "fill it, because it adds no surface."
         )
         told.append(warning(Code.COVERAGE_MISSING, "reference", words))
     normals = reference.face_normals[closest.faces]
