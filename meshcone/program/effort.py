@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from meshcone.options import Options, SurfaceOptions
 
 _SMOOTHING = (30.0, 10.0)
+# From a start stretched over the reference: stiff rounds first, which take its folds out.
+_UNFOLDING = (300.0, 100.0)
 _FINISHING = (0.003, 0.001)
 
 
@@ -47,20 +49,31 @@ def candidates(options: Options) -> list[Candidate]:
     if options.effort == "fast":
         return [Candidate("as set", _with(base, guards=0))]
     finished = base.fairness + _FINISHING
-    later = len(_SMOOTHING)
     from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}
-    smoothing = _with(
-        base,
-        fairness=_SMOOTHING + finished,
-        fairness_knee=_SMOOTHING[0],
-        faces_from=base.faces_from + later,
-        **from_afar,
-    )
+    smoothing = _SMOOTHING + finished
+    unfolding = _UNFOLDING + smoothing
     return [
-        Candidate("smoothing", smoothing),
+        Candidate("smoothing", _after(base, len(_SMOOTHING), smoothing, **from_afar)),
         Candidate("pulling", _with(base, fairness=finished, **from_afar)),
-        Candidate("stretching", smoothing, stretched=True),
+        Candidate(
+            "stretching",
+            _after(base, len(_UNFOLDING + _SMOOTHING), unfolding, **from_afar),
+            stretched=True,
+        ),
     ]
+
+
+def _after(
+    base: SurfaceOptions, rounds: int, fairness: tuple[float, ...], **changes: object
+) -> SurfaceOptions:
+    """Begin with rounds of stronger smoothing."""
+    return _with(
+        base,
+        fairness=fairness,
+        fairness_knee=fairness[0],
+        faces_from=base.faces_from + rounds,
+        **changes,
+    )
 
 
 def _with(base: SurfaceOptions, **changes: object) -> SurfaceOptions:

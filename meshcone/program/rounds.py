@@ -30,7 +30,7 @@ _CLOSE_RACE = 1.1
 # They may cost this much of the distance.
 _FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
 _MENDING_COST = 1.02
-# Attempts whose earlier rounds are looked at where none's last will do.
+# Attempts whose earlier rounds are looked at where none's last will do, and how many of each.
 _LOOKED_AT_AGAIN = 2
 # An answer this much farther away than it was in the race ends there.
 _DRIFT = 1.05
@@ -218,13 +218,18 @@ class SurfaceRefiner:
         end = harm.examine(attempt.finish.solution.positions)
         if end.distances.mean >= harm.input.distances.mean:
             return None
-        silent = Countdown(None, 0)
-        again, last = attempt.shortened(len(attempt.records)), 0
+        silent, again = Countdown(None, 0), attempt.shortened(len(attempt.records))
+        harmless: list[int] = []
         for rounds in range(2, len(attempt.records)):
             again.advance(rounds, silent)
             if not harm.objections(again.positions):
-                last = rounds
-        return self._if_harmless(attempt.shortened(last), harm, silent)[0] if last else None
+                harmless.append(rounds)
+        # Rounds before the last are solved loosely: their optima may be worse than they are.
+        for rounds in reversed(harmless[-_LOOKED_AT_AGAIN:]):
+            answer, _ = self._if_harmless(attempt.shortened(rounds), harm, silent)
+            if answer is not None:
+                return answer
+        return None
 
     def _score(self, positions: Floats) -> float:
         """Return the mean point-to-surface distance, over samples both ways."""
