@@ -16,7 +16,9 @@ from meshcone.detail.misses import Misses, Target
 from meshcone.detail.records import Stopped
 from meshcone.options import Options
 from meshcone.options.cones import ConeOptions
+from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.rounds import refine_surface
+from meshcone.program.source_structure import SourceStructure
 from meshcone.quality.intersections import self_intersections
 from meshcone.surface import Mesh, Subdivision
 from meshcone.surface.arrays import Bools, Floats, Ints
@@ -98,6 +100,9 @@ class _Levels:
         self._budget = options.detail.faces_allowed(len(source.faces))
         self._tolerance = options.detail.tolerance
         self._target = Target.of(reference, options.seed)
+        prepared = PreparedReference.of(reference, len(source.vertices), options.seed)
+        structure = SourceStructure.of(source, prepared, options.surface.noise_scale)
+        self._lost = np.asarray(structure.lost[source.faces].any(axis=1))
         surface = {"fairness": _ROUNDS, "reverse_from": 0}
         self._quick = options.model_copy(
             update={
@@ -111,10 +116,10 @@ class _Levels:
     def run(self, on_level: Callable[[int, int], None] | None) -> Detail:
         """Divide until there is a reason to stop."""
         now, levels = DividedMesh.of(self._source), 0
-        misses = Misses.of(now.mesh, self._target)
+        misses = self._misses(now)
         if self._reason_to_stop(now, misses) is None:
             now = self._moved(now)
-            misses = Misses.of(now.mesh, self._target)
+            misses = self._misses(now)
         while (stopped := self._reason_to_stop(now, misses)) is None:
             require_time()
             if on_level is not None:
@@ -146,7 +151,7 @@ class _Levels:
         split = self._moved(rest)
         swapped = self._moved(flip_inside(split, self._target.tree))
         for found in (swapped, split):
-            after = Misses.of(found.mesh, self._target)
+            after = self._misses(found)
             if after.total > (1 - _LEAST_HELP) * misses.total:
                 continue
             tangled = self._tangled(found, rest)
@@ -160,6 +165,9 @@ class _Levels:
         faces = self._faces(now)
         left = self._budget / faces
         return min(self._budget, int(faces * left ** (1 / max(1, ceil(log(left) / log(_GROWTH))))))
+
+    def _misses(self, now: DividedMesh) -> Misses:
+        return Misses.of(now.mesh, self._target, self._lost[now.parents])
 
     def _faces(self, now: DividedMesh) -> int:
         return int(self._counts[now.parents].sum())

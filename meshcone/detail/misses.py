@@ -71,19 +71,28 @@ class Misses:
         return float(self.scores.sum())
 
     @staticmethod
-    def of(mesh: Mesh, target: Target) -> Misses:
-        """Measure a mesh against its reference."""
+    def of(mesh: Mesh, target: Target, lost: Bools | None = None) -> Misses:
+        """Measure a mesh against its reference.
+
+        Args:
+            mesh: the mesh.
+            target: the reference.
+            lost: (f,) faces of parts that the reference lacks, which are to blame for nothing.
+        """
         count = len(mesh.faces)
         own = np.einsum("pi,mik->mpk", _PLACES, mesh.corners).reshape(-1, 3)
-        there = target.tree.closest(own).distances.reshape(count, -1)
+        found = target.tree.closest(own)
+        there = found.distances.reshape(count, -1)
+        off = np.where(_beyond_border(target.tree.mesh, found), 0.0, found.distances)
         back = SurfaceTree(mesh).closest(target.points)
         share = float(mesh.face_areas.sum()) / len(target.points)
         counted = np.where(_beyond_border(mesh, back), 0.0, back.distances)
         blamed = np.bincount(back.faces, counted**2, count) * share
         areas = mesh.face_areas
         mean_there = float(np.average(there.mean(axis=1), weights=areas))
+        scores = blamed + areas * (off.reshape(count, -1) ** 2).mean(axis=1)
         return Misses(
-            scores=blamed + areas * (there**2).mean(axis=1),
+            scores=scores if lost is None else np.where(lost, 0.0, scores),
             sides=there[:, :3],
             mean=float((mean_there + back.distances.mean()) / 2),
             farthest=float(max(there.max(), back.distances.max())),
@@ -91,18 +100,20 @@ class Misses:
 
 
 def _beyond_border(mesh: Mesh, found: ClosestPoints) -> Bools:
-    """Which points (k,) lie where a mesh has ended: a part that it lacks is no detail of it.
+    """Which points (k,) lie where a mesh has ended: a part that it lacks is no detail.
 
     They are closest to an open border, and farther from it than a side that bends is from its
     chord.
     """
-    sides, faces = mesh.border_sides, found.faces
-    beside = np.flatnonzero(np.asarray(sides.any(axis=1))[faces])
+    sides, faces, corners = mesh.border_sides, found.faces, mesh.border_vertices[mesh.faces]
+    beside = np.flatnonzero(np.asarray(corners.any(axis=1))[faces])
     weights = barycentric_weights(found.points[beside], mesh, faces[beside])
     across = np.roll(weights, -2, axis=1)  # of the corner across from each side
     lengths = row_lengths((mesh.corners - np.roll(mesh.corners, -1, axis=1)).reshape(-1, 3))
     sizes = lengths.reshape(-1, 3).max(axis=1)
     beyond: Bools = np.zeros(len(faces), dtype=bool)
-    on_border = np.asarray((sides[faces[beside]] & (across < _ON_SIDE)).any(axis=1))
+    on_side = sides[faces[beside]] & (across < _ON_SIDE)
+    at_corner = corners[faces[beside]] & (weights > 1 - _ON_SIDE)
+    on_border = np.asarray((on_side | at_corner).any(axis=1))
     beyond[beside] = on_border & (found.distances[beside] > _SAGITTA * sizes[faces[beside]])
     return beyond

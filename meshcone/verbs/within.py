@@ -19,6 +19,8 @@ from meshcone.verbs.refine import Refinement, refine
 # for a close one. The second time each vertex moves more freely besides.
 _MORE_ROUNDS = (0.01, 0.003, 0.001)
 _FREER = {"proximity": 0.001, "tangential": 0.03}
+# Where faces are added, each further attempt aims at this share of the distance of the last.
+_AIM = 0.6
 # A further attempt has more rounds than the one before, and what comes after its solve takes time
 # too: with less time than this many of the longest, it would end in nothing.
 _TIMES_THE_LONGEST = 2.0
@@ -64,6 +66,8 @@ def refine_within(
     for number, chosen in enumerate(plans):
         if best is not None and not clock.allows_another():
             break
+        if best is not None:
+            chosen = _finer(chosen, within_record(best.report, options.within, number), best.report)
         attempts += 1
         shown = None if progress is None else _part_of(progress, number, len(plans))
         try:
@@ -136,6 +140,16 @@ def _plans(options: Options) -> Iterator[Options]:
     longer = surface.model_copy(update={"fairness": (*surface.fairness, *_MORE_ROUNDS)[:50]})
     for harder in (longer, longer.model_copy(update=_FREER)):
         yield options.model_copy(update={"surface": harder})
+
+
+def _finer(options: Options, missed: WithinRecord, report: Report) -> Options:
+    """Options that add faces down to a smaller distance, where samples were within the last one."""
+    told = report.detail
+    if told is None or told.stopped != "tolerance":
+        return options
+    aim = _AIM**missed.attempts * missed.limit_model / report.frame.radius
+    detail = options.detail.model_copy(update={"tolerance": aim})
+    return options.model_copy(update={"detail": detail})
 
 
 def _part_of(progress: ProgressCallback, number: int, attempts: int) -> ProgressCallback:

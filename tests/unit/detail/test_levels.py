@@ -115,3 +115,15 @@ def test_faces_that_would_pass_through_others_are_left_whole() -> None:
     after = count_self_intersections(Mesh(points, faces.reshape(-1, 3)), 10**7)
     assert divided.levels > 0
     assert after <= 2 * count_self_intersections(source, 10**7)
+
+
+def test_a_part_that_the_reference_lacks_gets_no_faces() -> None:
+    ball, count = SOURCE, len(SOURCE.vertices)
+    part = Mesh(*shapes.sphere(1, 0.2))
+    beside = np.concatenate([ball.vertices, part.vertices + np.array([1.6, 0, 0])])
+    source = Mesh(beside, np.concatenate([ball.faces, part.faces + count]))
+    divided = find_detail(
+        source, REFERENCE, np.ones(len(source.faces), dtype=bool), detail(growth=2)
+    )
+    assert divided.stopped == "budget"
+    assert not divided.subdivision.divided[len(ball.faces) :].any()

@@ -42,3 +42,10 @@ def test_a_part_that_the_source_lacks_is_not_blamed_on_its_border() -> None:
     rim = half.border_sides.any(axis=1)
     assert found.farthest > 0.9
     assert found.scores[rim].max() < 10 * found.scores[~rim].max()
+
+
+def test_a_hole_in_the_reference_is_blamed_on_no_face() -> None:
+    kept = REFERENCE.faces[REFERENCE.corners.mean(axis=1)[:, 2] < 0.7]
+    found = Misses.of(SOURCE, Target.of(Mesh(REFERENCE.vertices, kept), 0))
+    over = SOURCE.corners.mean(axis=1)[:, 2] > 0.9
+    assert found.scores[over].max() < 1.5 * found.scores[~over].max()

@@ -17,7 +17,9 @@ from meshcone.verbs.refine import Refinement, refine
 from meshcone.verbs.verify import verify
 from meshcone.verbs.within import refine_within
 from tests import shapes
+from tests.unit.assets.bisecting import bisected
 from tests.unit.assets.builders import Gltf, chunks
+from tests.unit.assets.plain_gltf import corners
 
 FEW: dict[str, Any] = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
 QUICK: dict[str, Any] = {"effort": "fast", "quality": FEW, "deviation": {"prove": False}}
@@ -200,3 +202,46 @@ def test_an_amount_of_detail_is_read(text: str, options: dict[str, Any]) -> None
 def test_what_is_no_amount_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="no amount of detail"):
         DetailOptions.asked(text)
+
+
+def test_a_proof_that_fails_is_tried_again_with_a_smaller_aim() -> None:
+    options = {"effort": "fast", "quality": FEW, "within": "0.3%", "detail": {"growth": 40}}
+    found = refine_within(ball(2), ball(4), parse_options(options)).report
+    assert found.within.reached
+    assert found.within.attempts == 2
+    assert found.options.detail.tolerance == pytest.approx(0.6 * 0.003)
+
+
+def test_joints_move_new_vertices_as_they_move_the_faces_they_lie_on() -> None:
+    """Where the vertices of a face follow the same joints, in ten poses."""
+    vertices, faces = shapes.sphere(2)
+    gltf = Gltf()
+    bones = np.tile(np.array([[0, 1, 0, 0]], dtype=np.uint8), (len(vertices), 1))
+    weights = np.tile(np.array([[0.25, 0.75, 0, 0]], dtype=np.float32), (len(vertices), 1))
+    attributes = {
+        "POSITION": gltf.accessor(vertices.astype(np.float32)),
+        "JOINTS_0": gltf.accessor(bones),
+        "WEIGHTS_0": gltf.accessor(weights),
+    }
+    indices = gltf.accessor(faces.astype(np.uint16).reshape(-1))
+    gltf.node(mesh=gltf.mesh({"attributes": attributes, "indices": indices}), skin=0)
+    gltf.json["skins"] = [{"joints": [gltf.node(), gltf.node()]}]
+    before = gltf.glb()
+    asset = read_asset("a.glb", before)
+    subdivision = bisected(asset.faces, [0, 40, 81, 7])
+    after = asset.divided(subdivision)
+    shares = subdivision.corners / 2.0**subdivision.exponent
+    generator = np.random.default_rng(3)
+    for _ in range(10):
+        pose = generator.normal(size=(2, 4, 3))
+        expected = np.einsum("fij,fjc->fic", shares, posed(before, pose)[subdivision.parents])
+        assert posed(after, pose) == pytest.approx(expected, abs=1e-6 * np.abs(pose).max() * 8)
+
+
+def posed(glb: bytes, pose: np.ndarray) -> np.ndarray:
+    """(k, 3, 3) corners where two joints' affine maps (2, 4, 3) take them."""
+    places = corners(glb, "POSITION")
+    homogeneous = np.concatenate([places, np.ones((*places.shape[:2], 1))], axis=2)
+    maps = pose[corners(glb, "JOINTS_0").astype(int)]
+    blended = np.einsum("fcj,fcjab->fcab", corners(glb, "WEIGHTS_0"), maps)
+    return np.einsum("fca,fcab->fcb", homogeneous, blended)
