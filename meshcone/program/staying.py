@@ -93,6 +93,11 @@ class Staying:
 
 
 def _require_closed(reference: Mesh, side: str) -> None:
+    if reference.is_points:
+        raise InputError(
+            f"option 'cones.stay': to stay {side} takes a closed reference, and this one has "
+            "points and no faces; leave the option out"
+        )
     uses = EdgeUses.of(reference)
     open_edges = int(np.count_nonzero(uses.counts != 2))
     if open_edges or uses.opposed:

@@ -59,6 +59,36 @@ def self_intersections(mesh: Mesh, most_pairs: int) -> Ints | None:
     return np.concatenate(found)
 
 
+def pass_through_each_other(mesh: Mesh, other: Mesh, most_pairs: int) -> bool:
+    """Whether a face of one mesh passes through a face of another, or lies in its plane on it.
+
+    Args:
+        mesh: the one.
+        other: the other, in the same unit.
+        most_pairs: pairs of faces that may be tested; see :func:`count_self_intersections`.
+
+    Returns:
+        True also where a position is not finite or the search would take too long, and it may be
+        where they only touch: what is told to be apart is, but for the last digits.
+    """
+    both = Mesh(
+        np.concatenate([mesh.vertices, other.vertices]),
+        np.concatenate([mesh.faces, other.faces + len(mesh.vertices)]),
+    )
+    if not np.isfinite(both.vertices[both.used_vertices]).all():
+        return True
+    low, high = both.corners.min(axis=1), both.corners.max(axis=1)
+    try:
+        for pair in overlapping_pairs(low, high, most_pairs):
+            apart = (pair[0] < len(mesh.faces)) != (pair[1] < len(mesh.faces))
+            first, second = (each[apart] for each in pair)
+            if _cross(both, first, second, touching=0.0).any():
+                return True
+    except TooManyPairsError:
+        return True
+    return False
+
+
 def _cross(mesh: Mesh, first: Ints, second: Ints, touching: float) -> Bools:
     """Which pairs of faces have more in common than a touch, (k,)."""
     there = _heights(mesh, second, first, touching)

@@ -17,6 +17,7 @@ from meshcone.quality.conventions import conventions
 from meshcone.quality.deviation.bars import bars_of
 from meshcone.quality.deviation.proving import ProvenDeviation, prove_deviation
 from meshcone.quality.directions import directions, inside
+from meshcone.quality.intersections import pass_through_each_other
 from meshcone.quality.metrics import compare
 from meshcone.quality.parts import Partition, PartSamples, distances_per_part
 from meshcone.quality.records import Baselines, Metrics, PerPart, Quality
@@ -153,7 +154,14 @@ class Scorer:
                 bars,
                 encloses,
                 tolerance,
+                self._is_apart,
             )
+
+    def _is_apart(self) -> bool:
+        """Whether the mesh judged last does not pass through the reference."""
+        pairs = self._options.quality.intersection_pairs
+        judged, reference = self._judged.mesh, self._reference.mesh
+        return not pass_through_each_other(judged, reference, pairs)
 
     def scene(self, frame: Frame, tension: Floats | None = None) -> Scene:
         """What there is to see, with the distances that the metrics have needed anyway.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -52,6 +53,7 @@ def prove_deviation(
     bars: Bars,
     encloses: Encloses | None = None,
     tolerance: float = 0.0,
+    is_apart: Callable[[], bool] = lambda: False,
 ) -> ProvenDeviation:
     """Bound how far either surface goes from the other.
 
@@ -66,12 +68,13 @@ def prove_deviation(
         encloses: which points of the frame a closed reference encloses.
         tolerance: how far the meshes may lie from the surfaces that are meant. Every interval
             is of those: wider by it at both ends.
+        is_apart: whether no face of the mesh passes through the reference.
     """
     if reference.mesh.is_points:
         return _of_points(surface, reference, frame, _asked(chosen, bars.missing), tolerance)
     extra, search = _directed(surface, reference, _asked(chosen, bars.extra), tolerance)
     missing, _ = _directed(reference, surface, _asked(chosen, bars.missing), tolerance)
-    sides = encloses and _by_side(search, encloses, chosen, frame, tolerance)
+    sides = encloses and _by_side(search, encloses, is_apart, chosen, frame, tolerance)
     farther = max(extra, missing, key=lambda found: found.lower)
     upper = max(extra.upper, missing.upper)
     both = _asked(chosen, tuple(sorted({*bars.extra} & {*bars.missing})))
@@ -131,14 +134,19 @@ def _hints(surface: SampledSurface, target: SampledSurface) -> Hints:
 
 
 def _by_side(
-    search: Search, encloses: Encloses, chosen: DeviationOptions, frame: Frame, tolerance: float
+    search: Search,
+    encloses: Encloses,
+    is_apart: Callable[[], bool],
+    chosen: DeviationOptions,
+    frame: Frame,
+    tolerance: float,
 ) -> tuple[DistanceInterval, DistanceInterval]:
     made = search.pieces.count - search.pieces.faces
     most = min(chosen.pieces, made + _FOR_SIDES)
     asked = Asked(chosen.width, chosen.share, most)
     outside, inside = (
         _side(_wider(each, asked, tolerance), frame)
-        for each in deviation_by_side(search, encloses, asked)
+        for each in deviation_by_side(search, encloses, asked, is_apart)
     )
     return outside, inside
 

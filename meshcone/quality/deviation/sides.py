@@ -38,18 +38,24 @@ class Side:
     answered: bool
 
 
-def deviation_by_side(search: Search, encloses: Encloses, asked: Asked) -> tuple[Side, Side]:
+def deviation_by_side(
+    search: Search, encloses: Encloses, asked: Asked, is_apart: Callable[[], bool] = lambda: False
+) -> tuple[Side, Side]:
     """Tell apart how far a mesh goes outside and inside of its reference.
 
     Args:
         search: of the mesh against a closed reference, after its own run.
         encloses: in the meshes' unit.
         asked: when to stop; bars are not looked at.
+        is_apart: whether no face of the mesh passes through the reference, so that each is on one
+            side as a whole; asked for where no point was met on one of the sides.
 
     Returns:
         Outside and inside.
     """
     sides = _Sides(search, encloses, asked)
+    if sides.may_be_one and is_apart():
+        sides.take_whole_faces()
     sides.run()
     return sides.answer(OUTSIDE), sides.answer(INSIDE)
 
@@ -64,6 +70,19 @@ class _Sides:
         self._met = {OUTSIDE: 0.0, INSIDE: 0.0}
         self._at: dict[int, Floats] = {}
         self._meet(*search.known_points())
+
+    @property
+    def may_be_one(self) -> bool:
+        """Whether no point was met on one of the sides."""
+        return min(self._met.values()) == 0
+
+    def take_whole_faces(self) -> None:
+        """Tell the side of every face by its middle."""
+        placed, pieces = self._search.placed, self._search.pieces
+        middles = placed.mesh.corners.mean(axis=1)
+        enclosed = self._encloses(middles * placed.unit + placed.origin)
+        side = np.where(enclosed, INSIDE, OUTSIDE)
+        self._side = side[pieces.face[: pieces.count]]
 
     def answer(self, side: int) -> Side:
         """What was found of a side."""

@@ -57,6 +57,26 @@ def test_what_stays_inside_of_a_ball_does_not_reach_out_of_it(offset: float) -> 
     assert max(each.max() for each in found.values()) <= 1 - offset + 0.015
 
 
+def test_a_cage_is_proven_to_be_outside_alone() -> None:
+    source, reference = noisy(sphere(2), 0.03, seed=3), sphere(3)
+    given = (source.vertices, source.faces), (reference.vertices, reference.faces)
+
+    away = {"stay": "outside", "offset": {"relative": 0.05}}
+    found = meshcone.refine(*given, cones=away, **QUICK)
+
+    assert found.report.deviation is not None
+    assert found.report.deviation.inside is not None
+    assert found.report.deviation.inside.upper == 0
+    assert meshcone.verify(found).ok
+
+
+def test_points_have_no_side() -> None:
+    points = Mesh(np.eye(3), np.array([[0, 0, 0], [1, 1, 1], [2, 2, 2]]), is_points=True)
+
+    with pytest.raises(InputError, match="points and no faces"):
+        Staying.of(SurfaceTree(points), ConeOptions.model_validate({"stay": "outside"}), 1.0)
+
+
 def test_without_a_side_the_same_mesh_goes_through_the_ball() -> None:
     found = radii(refined(noisy(sphere(2), 0.03, seed=3)))
 

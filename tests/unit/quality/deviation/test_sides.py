@@ -9,6 +9,7 @@ from meshcone.quality.deviation.interval import Asked
 from meshcone.quality.deviation.search import Search
 from meshcone.quality.deviation.sides import Side, deviation_by_side
 from meshcone.quality.directions import inside
+from meshcone.quality.intersections import pass_through_each_other
 from meshcone.surface import Mesh
 from tests.shapes import noisy, sphere
 from tests.unit.quality.deviation.soups import distances, scattered
@@ -62,3 +63,28 @@ def test_pieces_that_run_out_leave_honest_intervals() -> None:
     for one, other in zip(best, early, strict=True):
         assert other.lower <= one.upper
         assert one.lower <= other.upper
+
+
+def test_a_cage_that_passes_through_nowhere_has_nothing_inside() -> None:
+    cage, mesh = ball(1, 1.3), ball(3)  # with coarse faces, near the ball at their middles
+    search = Search(cage, mesh)
+    search.run(ASKED.level, ASKED.most_pieces)
+    apart = not pass_through_each_other(cage, mesh, 1_000_000)
+
+    few = Asked(ASKED.width, ASKED.share, search.pieces.count - search.pieces.faces)
+    outside, within = deviation_by_side(
+        search, lambda points: inside(points, mesh), few, lambda: apart
+    )
+
+    assert apart
+    assert (within.lower, within.upper) == (0, 0)
+    assert outside.upper == pytest.approx(search.upper, rel=1e-9)
+
+
+@pytest.mark.parametrize(("radius", "passes"), [(1.3, False), (0.7, False), (1.02, True)])
+def test_meshes_pass_through_each_other_where_a_face_does(radius: float, passes: bool) -> None:
+    assert pass_through_each_other(ball(1, radius), ball(3), 1_000_000) == passes
+
+
+def test_where_it_takes_too_long_meshes_may_pass_through_each_other() -> None:
+    assert pass_through_each_other(ball(3, 1.01), ball(3), 10)
