@@ -135,12 +135,7 @@ class _Table:
             columns = np.isfinite(ends).sum(axis=2)
             mixed = columns.min(axis=1) != columns.max(axis=1)
             values[mixed & (columns.min(axis=1) < _COLORED), 3:] = np.nan
-        first_use = np.full(count + len(divided.corners), np.iinfo(np.int64).max)
-        new = divided.faces >= count
-        np.minimum.at(first_use, divided.faces[new], np.repeat(statements, 3)[new.ravel()])
-        after = np.searchsorted(rows, first_use[count:][given])
-        after = np.maximum(after, divided.corners[given].max(axis=1, initial=0) + 1)
-        insertion = Insertion(rows, after)
+        insertion = Insertion(rows, _places(rows, divided, statements)[given])
         numbered = np.full(count + len(divided.corners) + 1, -1)
         numbered[:count] = insertion.numbers()[:count]
         numbered[count + given] = insertion.numbers()[count:]
@@ -160,6 +155,18 @@ class _Table:
             last = int(self.insertion.after[order[start]])
             yield int(self.insertion.rows[last - 1]), written[start:end]
             start = end
+
+
+def _places(rows: Ints, divided: DividedFaces, statements: Ints) -> Ints:
+    """(k,) how many of some statements stand before each new one.
+
+    It follows the last of its kind before the first face that names it, and those it lies between.
+    """
+    first_use = np.full(len(rows) + len(divided.corners), np.iinfo(np.int64).max)
+    new = divided.faces >= len(rows)
+    np.minimum.at(first_use, divided.faces[new], np.repeat(statements, 3)[new.ravel()])
+    before = np.searchsorted(rows, first_use[len(rows) :])
+    return np.asarray(np.maximum(before, divided.corners.max(axis=1, initial=0) + 1))
 
 
 def _numbers(lines: ObjLines, rows: Ints) -> Floats:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from meshcone.assets import read_asset
 from meshcone.certificate.dividing import divide
 from meshcone.certificate.division import DivisionRecord
 from meshcone.certificate.file import read_certificate
@@ -83,11 +84,15 @@ def test_it_is_replayed(honest: Evidence) -> None:
 def test_it_is_read_as_it_was_stored(honest: Evidence) -> None:
     again = read_certificate(honest.certificate.to_bytes(), "again")
     assert again.arrays_equal(honest.certificate)
-    faces = read_asset(SOURCE.name, SOURCE.data).faces
-    record = DivisionRecord.of(bisected(faces, range(0, 200, 7)))
-    checked = DivisionRecord.of_arrays(record.arrays()).checked(faces)
-    assert np.array_equal(checked.parents, bisected(faces, range(0, 200, 7)).parents)
-    assert np.array_equal(checked.corners, bisected(faces, range(0, 200, 7)).corners)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(0, 10_000), max_size=12))
+def test_any_division_is_read_as_it_was_stored(picks: list[int]) -> None:
+    division = bisected(FACES, picks)
+    checked = DivisionRecord.of_arrays(DivisionRecord.of(division).arrays()).checked(FACES)
+    assert np.array_equal(checked.parents, division.parents)
+    assert np.array_equal(checked.corners, division.corners)
 
 
 def test_without_it_the_refined_file_is_of_another_mesh(honest: Evidence) -> None:
