@@ -52,6 +52,7 @@ def refine(
         **options: those of ``docs/options.md``: ``effort="fast"``, and a mapping for what
             has a dot there: ``surface={"edge_cap": 3}``. ``within="0.5mm"`` is a tolerance to
             reach and to prove; ``.report.within`` says whether it is reached, and where not.
+            ``detail={"growth": 4}`` adds faces where ``source`` has too few.
 
     Returns:
         A result with ``.mesh``, ``.data``, ``.report``, ``.certificate`` and ``.save(path)``.

@@ -336,3 +336,41 @@ def test_a_tolerance_is_reached_and_proven_or_exits_with_1_and_places(directory:
     assert "place  " in missed.stderr
     assert " units off near (" in missed.stderr
     assert (directory / "far.obj").exists()
+
+
+def test_detail_adds_faces_says_how_many_and_is_replayed(directory: Path) -> None:
+    source, reference = (shapes.obj(*shapes.sphere(level)) for level in (2, 4))
+    (directory / "coarse.obj").write_bytes(source)
+    (directory / "fine.obj").write_bytes(reference)
+    files = ("coarse.obj", "fine.obj")
+    quick = ("--set", "effort=fast", "--set", "quality.samples=500")
+
+    made = meshcone(
+        directory,
+        *("refine", *files, "-o", "out.obj", "--report", "out.json", "--detail", "3x", *quick),
+    )
+    named = ("--source", files[0], "--reference", files[1], "--refined", "out.obj")
+    proof = meshcone(directory, "verify", "out.json", *named, "--replay")
+
+    assert (made.returncode, made.stderr) == (0, "")
+    (line,) = (line for line in made.stdout.splitlines() if line.startswith("detail "))
+    found = json.loads((directory / "out.json").read_text())["detail"]
+    assert line == f"detail         128 → {found['faces_after']} faces, in 3 levels; budget"
+    assert 380 <= found["faces_after"] <= 384
+    assert (proof.returncode, proof.stderr) == (0, "")
+    assert "gives the same bytes" in proof.stdout
+
+
+@pytest.mark.parametrize(
+    ("detail", "said"),
+    [
+        ("auto", "--detail auto needs a tolerance to reach: add --within"),
+        ("lots", "'lots' is no amount of detail"),
+        ("100x", "detail.growth"),
+    ],
+)
+def test_detail_that_means_nothing_is_refused(directory: Path, detail: str, said: str) -> None:
+    finished = meshcone(
+        directory, "refine", "rough.obj", "ball.obj", "-o", "out.obj", "--detail", detail
+    )
+    assert_refused(finished, said)
