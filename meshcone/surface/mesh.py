@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -93,6 +93,10 @@ class Mesh:
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
         object.__setattr__(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int64))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process; a hierarchy of a library does not, and is built anew."""
+        return {name: value for name, value in self.__dict__.items() if name != "windings"}
 
     def moved_to(self, vertices: Floats) -> Mesh:
         """Return the mesh with the same faces over other positions (n, 3)."""
