@@ -41,6 +41,12 @@ def count_self_intersections(mesh: Mesh, most_pairs: int) -> int | None:
 
 def self_intersections(mesh: Mesh, most_pairs: int) -> Ints | None:
     """Find the pairs of faces that :func:`count_self_intersections` counts, (k, 2)."""
+    if most_pairs not in mesh.crossings:
+        mesh.crossings[most_pairs] = _crossings(mesh, most_pairs)
+    return mesh.crossings[most_pairs]
+
+
+def _crossings(mesh: Mesh, most_pairs: int) -> Ints | None:
     if not np.isfinite(mesh.vertices[mesh.used_vertices]).all():
         return None
     corners = mesh.corners

@@ -94,9 +94,17 @@ class SampledSurface:
             first: answer for as many of the points only.
         """
         if target not in self._closest:
-            self._closest[target] = target.tree.closest(self.points)
+            own = target.mesh is self.mesh
+            self._closest[target] = self._on_itself if own else target.tree.closest(self.points)
         found = self._closest[target]
         return ClosestPoints(found.distances[:first], found.faces[:first], found.points[:first])
+
+    @property
+    def _on_itself(self) -> ClosestPoints:
+        faces = np.empty(len(self.mesh.vertices), dtype=np.int64)
+        faces[self.mesh.faces[::-1].ravel()] = np.repeat(np.arange(len(self.mesh.faces))[::-1], 3)
+        faces = np.concatenate([self.samples.faces, faces[self.mesh.used_vertices]])
+        return ClosestPoints(np.zeros(len(faces)), faces, self.points)
 
     @cached_property
     def tree(self) -> SurfaceTree:

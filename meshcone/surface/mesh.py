@@ -150,6 +150,11 @@ class Mesh:
         return hierarchy
 
     @cached_property
+    def crossings(self) -> dict[int, Ints | None]:
+        """Pairs of faces that pass through each other, by how many might be tested, once found."""
+        return {}
+
+    @cached_property
     def edge_lengths(self) -> Floats:
         """Length of each edge, (e,)."""
         return row_lengths(differences(self.vertices, self.edges))

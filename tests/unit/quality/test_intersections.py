@@ -95,6 +95,15 @@ def test_every_pair_libigl_finds_in_a_soup_is_found_and_no_other(seed: int) -> N
     assert count(Mesh(corners.reshape(-1, 3), np.arange(120).reshape(-1, 3))) == expected
 
 
+def test_what_was_not_found_with_little_work_is_found_with_more() -> None:
+    tip = sphere(2).vertices.copy()
+    tip[0] *= -1.5
+    mesh = sphere(2).moved_to(tip)
+
+    assert count_self_intersections(mesh, 1) is None
+    assert count_self_intersections(mesh, 10_000) == count_self_intersections(mesh, 20_000)
+
+
 def test_what_would_take_too_long_is_not_tested() -> None:
     assert count(torus(), most=0) is None
     assert count(torus(), most=10) is None

@@ -12,7 +12,8 @@ from meshcone.quality.metrics import (
     earth_movers_distance,
 )
 from meshcone.surface import Mesh
-from tests.meshes import sphere, torus
+from meshcone.surface.closest import barycentric_weights
+from tests.meshes import noisy, sphere, torus
 from tests.unit.quality.measuring import metrics, sampled
 
 
@@ -22,6 +23,22 @@ def test_a_mesh_lies_on_itself() -> None:
     assert found.point_to_surface.max < 1e-9
     assert found.surface_normal_consistency == pytest.approx(1)
     assert found.curvature_error < 1e-9
+
+
+def test_a_mesh_is_compared_with_itself_as_with_a_copy() -> None:
+    mesh = noisy(torus(), 0.02)
+    copy = Mesh(mesh.vertices.copy(), mesh.faces.copy())
+
+    own, other = (sampled(mesh).closest_on(sampled(each, 1)) for each in (mesh, copy))
+    here, there = metrics(mesh, mesh), metrics(mesh, copy)
+
+    np.testing.assert_allclose(own.distances, other.distances, atol=1e-12)
+    np.testing.assert_allclose(own.points, other.points, atol=1e-12)
+    shares = barycentric_weights(own.points, mesh, own.faces)
+    carried = np.einsum("ij,ijk->ik", shares, mesh.corners[own.faces])
+    np.testing.assert_allclose(carried, own.points, atol=1e-12)
+    assert here.curvature_error == pytest.approx(there.curvature_error, abs=1e-9)
+    assert here.surface_normal_consistency == pytest.approx(there.surface_normal_consistency)
 
 
 def test_concentric_spheres_are_as_far_apart_as_their_radii() -> None:
