@@ -33,7 +33,8 @@ def cases(largest: int) -> list[tuple[Case, int]]:
             for certify in (False, True):
                 case = Case(ENGINE, _SMALL, certify=certify, constraint=constraint)
                 chosen.append((case, threads))
-        chosen.append((Case(ENGINE, _SMALL, effort="best"), threads))
+        for certify in (False, True):
+            chosen.append((Case(ENGINE, _SMALL, effort="best", certify=certify), threads))
         chosen.append((Case(ENGINE, _MEDIUM, certify=True), threads))
     chosen += [(Case(ENGINE, size), 1) for size in _SCALING if size != _SMALL]
     chosen += [(Case(ENGINE, size), 2) for size in (_MEDIUM, 1_000_000)]
