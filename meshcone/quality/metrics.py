@@ -179,7 +179,7 @@ def curvature_error(surface: SampledSurface, reference: SampledSurface) -> float
     depends on which side is outside: where most normals of the two meshes oppose each other,
     one of them is inside out, and its curvature is taken with the other sign.
     """
-    if surface.mesh is reference.mesh:  # two sets of samples of one curvature
+    if surface.mesh.equals(reference.mesh):  # two sets of samples of one curvature
         return 0.0
     length = reference.radius
     pairs = [

@@ -94,7 +94,7 @@ class SampledSurface:
             first: answer for as many of the points only.
         """
         if target not in self._closest:
-            own = target.mesh is self.mesh
+            own = self.mesh.equals(target.mesh)
             self._closest[target] = self._on_itself if own else target.tree.closest(self.points)
         found = self._closest[target]
         return ClosestPoints(found.distances[:first], found.faces[:first], found.points[:first])

@@ -104,6 +104,13 @@ class Mesh:
         moved.__dict__["_connectivity"] = self._connectivity
         return moved
 
+    def equals(self, other: Mesh) -> bool:
+        """Whether another mesh has the same faces over the same positions, to the last bit."""
+        return self is other or (
+            np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.faces, other.faces)
+        )
+
     @cached_property
     def _connectivity(self) -> Connectivity:
         return Connectivity(self.faces, len(self.vertices))
