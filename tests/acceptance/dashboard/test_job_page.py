@@ -196,6 +196,19 @@ def test_the_curl_command_repeats_the_job(
     client.wait(again.id)  # or it would keep the one worker from what comes next
 
 
+def test_a_tolerance_that_is_not_reached_is_said_with_its_worst_place(
+    page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    quick = {"effort": "fast", "quality": {"samples": 500, "emd_samples": 16}}
+    job = client.wait(client.submit(rough_ball, ball, {"within": "1e-9%", **quick}).id, timeout=120)
+    page.goto(f"/jobs/{job.id}")
+
+    told = page.get_by_test_id("within")
+    expect(told).to_contain_text("Not within 1e-9% after 3 refinements")
+    expect(told).to_contain_text(re.compile(r"Worst place: [\d.e-]+ units off near \("))
+    assert job.verdict == "fail"
+
+
 def test_a_job_that_failed_says_why(page: Page, client: Client, ball: MeshFile) -> None:
     blank = MeshFile("blank.obj", b"\n" * 16 * 2**20)
     job = client.wait(client.submit(blank, ball).id)
