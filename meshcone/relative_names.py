@@ -10,6 +10,9 @@ from urllib.parse import unquote
 
 from meshcone.text import is_text
 
+NAME_LENGTH = 255
+"""Characters of a name, from elsewhere, that are taken: what common file systems allow."""
+
 _SCHEME_OR_DRIVE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 

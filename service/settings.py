@@ -30,9 +30,6 @@ class ServiceSettings(WebhookSettings, TransferSettings):
         ge=1,
         description="size of a whole request, both meshes and all their files",
     )
-    max_resources: int = Field(
-        default=256, ge=0, description="further files one request may bring for its meshes to name"
-    )
     precheck_bytes: int = Field(
         default=16 * MEBIBYTE,
         ge=0,

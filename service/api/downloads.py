@@ -151,8 +151,5 @@ def file_responses(
 
 def _attachment(filename: str) -> str:
     """Content-Disposition of a download (RFC 6266, section 4.3)."""
-    plain = "".join(
-        character if character.isascii() and character not in '"\\%' else "_"
-        for character in filename
-    )
+    plain = re.sub(r'[^\x20-\x7e]|["\\%]', "_", filename)
     return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(filename, safe='')}"

@@ -217,7 +217,7 @@ def test_a_named_secret_is_shown(
 ) -> None:
     place = Output(url=server.has("/r", b""), authorization="store")
     ended_job(ledger, blobs, report=place)
-    secrets = {"store": {"host": server.url.removeprefix("http://"), "value": "Bearer 3f9a"}}
+    secrets = {"store": {"host": server.url, "value": "Bearer 3f9a"}}
 
     with transfer(MESHCONE_TRANSFER_AUTHORIZATIONS=json.dumps(secrets)):
         wait_for(lambda: is_settled(redis))

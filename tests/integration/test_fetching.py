@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import subprocess
 from collections.abc import Callable, Iterator
@@ -27,6 +28,8 @@ from worker.jobs.records import JobProgress, JobRecord, RemoteFile, StoredFile
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 from worker.storage.register import BlobRegister
+from worker.transfers.settings import TransferSettings
+from worker.transfers.sources import Sources
 from worker.upkeep.reconciler import Reconciler
 
 MUG = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -82,6 +85,12 @@ def remote_job(ledger: Ledger, source: str | RemoteFile, **more: object) -> JobR
     record = make_job().model_copy(update=fields)
     ledger.create(record)
     return record
+
+
+def versions(settings: WorkerSettings) -> list[tuple[int, int]]:
+    """What tells the files of the store from any that are written later."""
+    found = [place.stat() for place in settings.data_dir.glob("blobs/**/*") if place.is_file()]
+    return sorted((stat.st_ino, stat.st_mtime_ns) for stat in found)
 
 
 def ended_fetching(redis: Redis, job: JobRecord) -> bool:
@@ -193,8 +202,7 @@ def test_a_named_secret_is_sent_to_its_host(
 ) -> None:
     file = RemoteFile(name="mug.obj", url=server.has("/mug.obj", MUG), authorization="cdn")
     job = remote_job(ledger, file)
-    host = server.url.removeprefix("http://")
-    secrets = {"cdn": {"host": host, "value": "Bearer 3f9a"}}
+    secrets = {"cdn": {"host": server.url, "value": "Bearer 3f9a"}}
 
     with transfer(MESHCONE_TRANSFER_AUTHORIZATIONS=json.dumps(secrets)):
         wait_for(lambda: ended_fetching(redis, job))
@@ -222,6 +230,46 @@ def test_what_a_gltf_names_comes_from_its_folder_where_that_is_asked_for(
     complete = ledger.get(job.id)
     assert [file.name for file in complete.source_resources] == ["sent.bin", "data/a b.bin"]
     assert sorted(server.paths()) == ["/assets/data/a%20b.bin", "/assets/mug.gltf", "/elsewhere"]
+
+
+def test_what_gltfs_name_counts_as_resources_of_the_job(
+    ledger: Ledger, redis: Redis, server: FileServer, transfer: Transfer
+) -> None:
+    gltf = json.dumps({"buffers": [{"uri": "a.bin"}, {"uri": "b.bin"}]}).encode()
+    meshes = [
+        RemoteFile(name=name, url=server.has(f"/{name}", gltf), resources="relative")
+        for name in ("mug.gltf", "other.gltf")
+    ]
+    for name in ("/a.bin", "/b.bin"):
+        server.has(name, b"buffer")
+    job = remote_job(ledger, meshes[0], reference=meshes[1])
+
+    with transfer(MESHCONE_MAX_RESOURCES="3"):
+        wait_for(lambda: ended_fetching(redis, job))
+
+    error = ledger.get(job.id).error
+    assert error is not None
+    assert (error.kind, error.file) == ("limit", "other.gltf")
+    assert "names 2 more files, and the job may have 1 more" in error.message
+    assert server.paths().count("/a.bin") == 1
+
+
+def test_only_a_file_that_the_project_has_is_not_written_again(
+    settings: WorkerSettings, redis: Redis, blobs: BlobStore
+) -> None:
+    register = BlobRegister(redis)
+    sources = Sources(TransferSettings(), blobs, register)
+    file = RemoteFile(name="mug.obj", url="https://example.org/mug.obj")
+
+    def is_written_for(project: str) -> bool:
+        before = versions(settings)
+        sources.keep(file, io.BytesIO(MUG), make_job().model_copy(update={"project": project}))
+        return versions(settings) != before
+
+    assert is_written_for("chairs")
+    assert is_written_for("lamps")
+    register.lease_upload(hashlib.sha256(MUG).hexdigest(), "lamps", 60)
+    assert not is_written_for("lamps")
 
 
 def test_a_gltf_that_nobody_asked_it_for_has_nothing_fetched_beside_it(

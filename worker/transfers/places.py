@@ -62,7 +62,9 @@ def _require_place(
 
 
 def secret_for(url: str, name: str, settings: TransferSettings) -> str:
-    """The secret of a name, which is told to its own host alone.
+    """The secret of a name, which is told to its own host alone, by https.
+
+    One whose host is written with ``http://`` is told by http, and only so.
 
     Raises:
         InputError: there is none of that name, or it is another host's.
@@ -72,9 +74,11 @@ def secret_for(url: str, name: str, settings: TransferSettings) -> str:
         raise InputError(
             f"this installation has no authorization '{name}' (MESHCONE_TRANSFER_AUTHORIZATIONS)"
         )
-    host = urlsplit(url).netloc.lower()
-    if found.host != host:
-        raise InputError(f"the authorization '{name}' is for another host than {host}")
+    parts = urlsplit(url)
+    host = parts.netloc.lower()
+    place = host if parts.scheme == "https" else f"{parts.scheme}://{host}"
+    if found.host != place:
+        raise InputError(f"the authorization '{name}' is not for {parts.scheme}://{host}")
     return found.value
 
 

@@ -7,9 +7,12 @@ from urllib.parse import quote, urljoin
 
 from meshcone.errors import InputError, LimitError
 from meshcone.local_files import names_beside
+from meshcone.relative_names import NAME_LENGTH
+from worker.outbound.addresses import URL_LENGTH
 from worker.transfers.places import is_in_bucket
 
 RELATIVE_FILES = 256  # of one mesh
+NAMES_BYTES = 64 * 1024  # of one mesh: the ledger keeps them with its job
 _JSON_BYTES = 8 * 1024**2  # read into memory, where JSON takes many times its size
 _BINARY = b"glTF"
 _HEADER = 20  # bytes before the JSON of a GLB (glTF 2.0, section 4.4)
@@ -21,6 +24,7 @@ def names_in(file: IO[bytes]) -> list[str]:
     What is no glTF names nothing: whoever reads it says what is wrong with it.
 
     Raises:
+        InputError: a name is too long, or cannot be printed.
         LimitError: its JSON is too long to look for names in, or it has too many.
     """
     file.seek(0)
@@ -38,14 +42,35 @@ def names_in(file: IO[bytes]) -> list[str]:
         raise LimitError(
             f"the glTF names {len(names)} files, more than the {RELATIVE_FILES} that are fetched"
         )
+    for name in names:
+        if len(name) > NAME_LENGTH or not name.isprintable():
+            raise InputError(
+                f"the glTF names {name[:100]!r}: a name must be one line of up to {NAME_LENGTH} "
+                "characters"
+            )
+    size = sum(len(name.encode()) for name in names)
+    if size > NAMES_BYTES:
+        raise LimitError(
+            f"the names in the glTF have {size} bytes together, more than {NAMES_BYTES}"
+        )
     return names
 
 
 def beside(url: str, name: str) -> str:
-    """The URL of a file in the folder of another; it has no query."""
-    if is_in_bucket(url):
-        return f"{url.rpartition('/')[0]}/{name}"
-    found = urljoin(url, quote(name))
+    """The URL of a file in the folder of another; it has no query.
+
+    Raises:
+        InputError: it is too long, or is not in that folder.
+    """
+    in_bucket = is_in_bucket(url)
+    found = f"{url.rpartition('/')[0]}/{name}" if in_bucket else urljoin(url, quote(name))
+    if len(found) > URL_LENGTH:
+        raise InputError(
+            f"the glTF names '{name[:100]}', whose URL has {len(found)} characters: up to "
+            f"{URL_LENGTH} can be fetched"
+        )
+    if in_bucket:
+        return found
     folder = url.partition("?")[0].rpartition("/")[0]
     if not found.startswith(f"{folder}/"):
         raise InputError(f"the glTF names '{name[:100]}', which is not in its folder")

@@ -20,7 +20,7 @@ class Authorization(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, hide_input_in_errors=True)
 
-    host: str = Field(pattern=r"^[a-z0-9.:\[\]-]+$")
+    host: str = Field(pattern=r"^(http://)?[a-z0-9.:\[\]-]+$")
     value: str = Field(repr=False, pattern=_PRINTABLE)
 
 
@@ -64,6 +64,12 @@ class TransferSettings(WorkerSettings):
         ge=1,
         description="size of all files together that are fetched for one job, unpacked",
     )
+    max_resources: int = Field(
+        default=256,
+        ge=0,
+        description="further files one request may bring for its meshes to name, and those that "
+        "are fetched because a mesh names them",
+    )
     fetch_seconds: float = Field(
         default=300, gt=0, le=3600, description="seconds one try at the files of a job may take"
     )
@@ -106,7 +112,7 @@ class TransferSettings(WorkerSettings):
         repr=False,
         description="secrets that a job can name for where its files are, as JSON: "
         '{"NAME": {"host": "assets.example.org", "value": "Bearer …"}}; each is sent to its host '
-        "alone",
+        "alone, by https; by http where the host is written as http://host",
     )
     fetch_buckets: Prefixes = Field(
         default=(),

@@ -8,7 +8,7 @@ import tempfile
 from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING
 
-from meshcone.errors import InputError, MeshConeError
+from meshcone.errors import InputError, LimitError, MeshConeError
 from worker.jobs.records import JobFile, JobRecord, RemoteFile, StoredFile
 from worker.storage.blobs import BlobStore, digest_of
 from worker.transfers.buckets import Buckets
@@ -56,7 +56,12 @@ class Sources:
             StoreError: the blob store cannot be used.
             OSError: the disk where files are kept as they come cannot be used.
         """
-        errand = _Errand(self, record.id, Budget(self._settings.fetch_bytes))
+        errand = _Errand(
+            self,
+            record,
+            Budget(self._settings.fetch_bytes),
+            self._settings.max_resources - _resources_of(record),
+        )
         resources = await errand.all(record.resources)
         source, of_source = await errand.side(record.source, record.source_resources, resources)
         reference, of_reference = None, record.reference_resources
@@ -84,8 +89,10 @@ class Sources:
             secret = secret_for(file.url, file.authorization, self._settings)
         await self._web.fetch(file.url, into, budget, secret)
 
-    def keep(self, file: RemoteFile, content: IO[bytes], job_id: str) -> StoredFile:
+    def keep(self, file: RemoteFile, content: IO[bytes], record: JobRecord) -> StoredFile:
         """Store what was fetched, for a job that will refer to it.
+
+        How long that takes tells nobody whether another project has the same file.
 
         Raises:
             InputError: it is not what the sender said it would be.
@@ -96,19 +103,31 @@ class Sources:
                 f"{host_of(file.url)} has other bytes than expected: their SHA-256 is {digest}, "
                 f"not {file.sha256}"
             )
-        self._register.lease([digest], job_id)
+        is_new = not self._register.is_had(digest, record.project)
+        self._register.lease([digest], record.id)
         size = content.seek(0, os.SEEK_END)
-        self._blobs.put_file(content, digest)
+        self._blobs.put_file(content, digest, anew=is_new)
         return StoredFile(name=file.name, digest=digest, size=size, origin=file.origin)
 
 
-@dataclass(frozen=True)
+def _resources_of(record: JobRecord) -> int:
+    return len(record.source_resources + record.reference_resources + record.resources)
+
+
+@dataclass
 class _Errand:
-    """One try at the files of one job."""
+    """One try at the files of one job.
+
+    Attributes:
+        record: the job.
+        budget: the bytes that it may still fetch.
+        names_left: the files, beside those it was sent with, that its meshes may still name.
+    """
 
     sources: Sources
-    job_id: str
+    record: JobRecord
     budget: Budget
+    names_left: int
 
     async def all(self, files: tuple[JobFile, ...]) -> tuple[StoredFile, ...]:
         return tuple([await self.stored(file) for file in files])
@@ -127,7 +146,17 @@ class _Errand:
             for name in names
             if name not in sent
         ]
+        self._count(named, mesh.name)
         return stored, (*own, *await self.all(tuple(named)))
+
+    def _count(self, named: list[RemoteFile], mesh: str) -> None:
+        if len(named) > self.names_left:
+            raise LimitError(
+                f"the glTF names {len(named)} more files, and the job may have "
+                f"{max(self.names_left, 0)} more (MESHCONE_MAX_RESOURCES)",
+                file=mesh,
+            )
+        self.names_left -= len(named)
 
     async def stored(self, file: JobFile) -> StoredFile:
         return file if isinstance(file, StoredFile) else (await self._fetched(file))[0]
@@ -137,7 +166,7 @@ class _Errand:
         try:
             with tempfile.TemporaryFile() as content:
                 await self.sources.download(file, content, self.budget)
-                stored = await asyncio.to_thread(self.sources.keep, file, content, self.job_id)
+                stored = await asyncio.to_thread(self.sources.keep, file, content, self.record)
                 if file.resources is None:
                     return stored, []
                 return stored, await asyncio.to_thread(names_in, content)

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 from fastapi import BackgroundTasks, Depends, Query, Response, status
 
+from meshcone.relative_names import NAME_LENGTH
 from service.api.context import ContextDependency
 from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Deletion, Job, JobList, ListedJob
 from service.api.sender import SenderDependency
-from service.api.submission.parts import MAX_LABELS, NAME_LENGTH
+from service.api.submission.parts import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
 from worker.jobs.index import JobFilter

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 from meshcone.errors import InputError, LimitError
 from meshcone.gates.fitting import require_known
 from meshcone.options import Options, parse_options
-from meshcone.relative_names import inside
+from meshcone.relative_names import NAME_LENGTH, inside
 from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
 from service.settings import ServiceSettings
 from worker.jobs.records import Output, OutputName, RemoteFile
@@ -18,7 +18,6 @@ from worker.outbound.addresses import require_url
 from worker.transfers.places import last_name, require_source, require_target
 
 RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
-NAME_LENGTH = 255  # characters; what common file systems allow
 MAX_LABELS = 16
 OPTIONS_BYTES = 64 * 1024  # kept in the broker's memory for as long as the job is known
 _GLTF = (".gltf", ".glb")

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
+from pathlib import Path
 
-from service.api.downloads import Conditions
+import pytest
+from redis import Redis
+
+from service.api.downloads import Conditions, file_response
 from service.problems import ProblemError
+from worker.jobs.records import Artifact
+from worker.storage.blobs import BlobStore
+from worker.storage.local import Directory
+from worker.storage.register import BlobRegister
 
 TAG = '"abc"'
 
@@ -59,3 +66,24 @@ def test_a_part_is_only_of_the_file_the_client_began_with(if_range: str, partial
     part = Conditions(span="bytes=0-3", if_range=if_range).part(TAG, 10)
 
     assert (part is not None) == partial
+
+
+@pytest.mark.parametrize(
+    ("name", "plain"),
+    [
+        ("red mug.glb", "red mug.glb"),
+        ('50%"mug".glb', "50__mug_.glb"),
+        ("m\u00fcg.glb", "m_g.glb"),
+        ("mug\r\nSet-Cookie: a.glb", "mug__Set-Cookie: a.glb"),
+        ("mug\x7f\x1b.glb", "mug__.glb"),
+    ],
+)
+def test_the_plain_name_of_a_download_is_printable_ascii(
+    name: str, plain: str, tmp_path: Path
+) -> None:
+    blobs = BlobStore(Directory(tmp_path), BlobRegister(Redis()))  # neither is asked anything
+    artifact = Artifact(digest="abc", media_type="model/gltf-binary", filename=name, size=1)
+
+    answer = file_response(blobs, artifact, Conditions(none_match="*"))
+
+    assert f'filename="{plain}"' in answer.headers["content-disposition"]
