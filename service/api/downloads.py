@@ -50,9 +50,13 @@ class Conditions:
     def part(self, tag: str, size: int) -> range | None:
         """The positions that are wanted; None for the whole, which also answers what is unclear.
 
+        Only a GET has parts (RFC 9110, section 14.2).
+
         Raises:
             ProblemError: there are none of those positions in the file.
         """
+        if self.headers_only:
+            return None
         if self.span is None or (self.if_range is not None and self.if_range.strip() != tag):
             return None
         match = _SPAN.fullmatch(self.span.strip())

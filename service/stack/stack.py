@@ -27,6 +27,9 @@ API_STOP_TIMEOUT = 15.0  # seconds
 WORKER_STOP_TIMEOUT = 10.0  # seconds for the job in hand; a longer one is handed back
 HAND_BACK_TIMEOUT = 5.0  # seconds to do that
 START_TRIES = 3  # of a program that ends by itself before it ever worked
+_NO_WORKERS = ("MESHCONE_TRANSFER_AUTHORIZATIONS", "MESHCONE_WEBHOOK_SECRET")
+"""Secrets that workers have no use for: they read strangers' files."""
+
 _API = "API"
 _UNUSABLE_SETTINGS = 2  # exit code of a command whose settings cannot be used
 
@@ -154,6 +157,8 @@ class Stack:
             **_environment(self._settings),
             "MESHCONE_REDIS_URL": self.redis_url,
         }
+        if arguments[0] == "worker":
+            environment = {n: value for n, value in environment.items() if n not in _NO_WORKERS}
         child = Child(name, arguments, environment=environment, log=self._log, fds=fds)
         self._children.append(child)
         self._restarts.append(child.restarts)

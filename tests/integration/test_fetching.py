@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import io
 import json
@@ -18,7 +19,7 @@ from tests.integration.file_server import Answer, FileServer, file_server
 from tests.integration.jobs import make_job
 from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.connections import connect_async, connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger, TransitionRefusedError
@@ -27,7 +28,9 @@ from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobProgress, JobRecord, RemoteFile, StoredFile
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.errors import StoreFullError
 from worker.storage.register import BlobRegister
+from worker.transfers.fetching import Fetching
 from worker.transfers.settings import TransferSettings
 from worker.transfers.sources import Sources
 from worker.upkeep.reconciler import Reconciler
@@ -369,3 +372,37 @@ def test_no_message_is_sent_of_a_job_that_still_waits_for_files(
     reconciler.reconcile()
 
     assert queue.waiting() == {lost.id}
+
+
+class _NoRoom(Sources):
+    """A disk without room for what is fetched."""
+
+    async def complete(self, _record: JobRecord) -> JobRecord:
+        raise StoreFullError
+
+
+def test_a_disk_without_room_is_waited_for_and_is_no_try(
+    ledger: Ledger,
+    redis: Redis,
+    settings: WorkerSettings,
+    blobs: BlobStore,
+    queue: JobQueue,
+    server: FileServer,
+) -> None:
+    job = remote_job(ledger, server.has("/mug.obj", MUG))
+    transfers = TransferSettings(**settings.model_dump(), fetch_attempts=1)
+
+    async def until_it_waits() -> None:
+        async with connect_async(settings.required_redis_url()) as client:
+            sources = _NoRoom(transfers, blobs, BlobRegister(redis))
+            fetching = Fetching(client, transfers, ledger=ledger, queue=queue, sources=sources)
+            running = asyncio.create_task(fetching.run())
+            while redis.hget(FETCH_TRIES, job.id) != "0":
+                await asyncio.sleep(0.01)
+            fetching.stop()
+            await running
+
+    asyncio.run(asyncio.wait_for(until_it_waits(), 60))
+
+    assert ledger.get(job.id).state == "queued"
+    assert redis.zscore(FETCHES, job.id) is not None

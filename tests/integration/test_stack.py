@@ -77,3 +77,19 @@ def kill_the_worker(stack: Stack) -> None:
         return stack.worker_pids() != [worker]
 
     wait_for(is_another)
+
+
+def test_workers_hold_no_secret_for_other_hosts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    secret = "whsec_" + "c2VjcmV0" * 4
+    monkeypatch.setenv("MESHCONE_WEBHOOK_SECRET", secret)
+    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
+        holders = {
+            name
+            for name, pid in stack.pids().items()
+            if secret.encode() in Path(f"/proc/{pid}/environ").read_bytes()
+        }
+
+    assert "webhooks" in holders
+    assert not [name for name in holders if name.startswith("worker")]

@@ -10,7 +10,6 @@ from datetime import timedelta
 from typing import IO, TYPE_CHECKING, Self
 
 import obstore
-from obstore.exceptions import AlreadyExistsError
 from obstore.exceptions import BaseError as ObstoreError
 from obstore.store import from_url
 
@@ -61,11 +60,11 @@ class Bucket:
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
         with _plainly():
+            # What is there under the name may be replaced: it is the same, or damaged.
             if size <= _PART:
-                with suppress(AlreadyExistsError):
-                    obstore.put(self._store, name, file.read(), mode="create", use_multipart=False)
+                obstore.put(self._store, name, file.read(), use_multipart=False)
                 return
-            obstore.put(  # in parts, which cannot ask for "create", but may repeat itself
+            obstore.put(
                 self._store,
                 name,
                 iter(lambda: file.read(_CHUNK), b""),

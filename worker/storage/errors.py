@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT)
+"""The numbers of an ``OSError`` that says so."""
+
 
 class StoreError(Exception):
     """The file store cannot be used just now; another try may succeed."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO
 
-from worker.storage.errors import StoreError, StoreFullError
+from worker.storage.errors import FULL_DISK, StoreError, StoreFullError
 from worker.storage.versions import Version
 
 ROOM_LEFT = 4 * 1024 * 1024
@@ -31,7 +31,6 @@ _PIECE = 256 * 1024  # bytes; what each download holds in memory
 _UNFINISHED = "unfinished"
 _OLD_UNFINISHED = re.compile(r".*#\d+")  # what versions before this one called them
 _SEARCH_INTERVAL = 3600.0  # seconds; they are all over the directory
-_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Directory:
@@ -133,7 +132,7 @@ def _plainly() -> Iterator[None]:
     except FileNotFoundError:
         raise
     except OSError as error:
-        if error.errno in _FULL:
+        if error.errno in FULL_DISK:
             raise StoreFullError from error
         reason = (error.strerror or "unknown reason").lower()
         raise StoreError(f"the file store cannot be used: {reason}") from error

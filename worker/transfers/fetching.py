@@ -15,7 +15,7 @@ from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
 from worker.jobs.records import JobError
 from worker.outbound.due import Due, DueList, pause_before, work_through
-from worker.storage.errors import StoreError
+from worker.storage.errors import FULL_DISK, StoreError, StoreFullError
 from worker.transfers.errors import PassingError
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ logger = structlog.get_logger(__name__)
 
 _AT_ONCE = 8  # jobs; a slow server must not hold up the others
 _GROWTH = 3  # of the pause before each further try: 2 s, 6 s, 18 s, 54 s
+_ROOM_PAUSE = 10.0  # seconds until room on the disk is looked for again
 _LOOK_INTERVAL = 0.25  # seconds; a job that waits for nothing else waits for this
 
 
@@ -88,6 +89,9 @@ class Fetching:
         except RedisError as error:  # due again when its time is over
             log.error("the broker cannot be used", error=str(error))
         except (PassingError, StoreError, TimeoutError, OSError) as error:
+            if isinstance(error, StoreFullError) or getattr(error, "errno", None) in FULL_DISK:
+                await self._wait_for_room(due)
+                return
             await self._try_again(due, _public(error, self._settings.fetch_seconds))
         except MeshConeError as error:
             await self._give_up(due, error)
@@ -106,6 +110,13 @@ class Fetching:
         logger.info("files fetched", job_id=job_id, files=len(fetched), bytes=sum(fetched))
         # Without its message, the reconciler sends another.
         await asyncio.to_thread(self._queue.enqueue, job_id)
+
+    async def _wait_for_room(self, due: Due) -> None:
+        """Leave it for a while, as if it had not been tried: nothing is wrong with the job."""
+        logger.warning("no room for the files", job_id=due.name, again_in=_ROOM_PAUSE)
+        with suppress(RedisError):
+            await self._due.give_back(due.name)
+            await self._due.postpone(due.name, _ROOM_PAUSE)
 
     async def _try_again(self, due: Due, error: MeshConeError) -> None:
         if due.tries >= self._settings.fetch_attempts:
