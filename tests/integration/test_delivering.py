@@ -261,6 +261,19 @@ def test_tries_that_end_every_process_are_given_up(
     assert output_of(ledger, job).state == "given_up"
 
 
+def test_a_result_whose_job_cannot_be_read_is_not_tried_for_ever(
+    ledger: Ledger, redis: Redis, blobs: BlobStore, server: FileServer, transfer: Transfer
+) -> None:
+    damaged = ended_job(ledger, blobs, report=Output(url=server.has("/lost", b"")))
+    redis.hset(f"meshcone:job:{damaged.id}", "outputs", '{"report": 5}')
+    ended_job(ledger, blobs, report=Output(url=server.has("/r", b"")))
+
+    with transfer():
+        wait_for(lambda: is_settled(redis))
+
+    assert server.paths() == ["/r"]
+
+
 def test_a_result_is_put_in_a_bucket_that_is_allowed_and_in_no_other(
     ledger: Ledger,
     redis: Redis,

@@ -10,7 +10,7 @@ from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
-from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord
+from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord, Output, RemoteFile
 
 MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)
 ERROR = JobError(kind="infeasible", message="the pins contradict the caps")
@@ -37,6 +37,51 @@ def test_a_queued_job_is_canceled_at_once(ledger: Ledger, queued: str) -> None:
     assert record.finished is not None
     with pytest.raises(TransitionRefusedError, match="is canceled"):
         ledger.begin(queued)
+
+
+@pytest.mark.parametrize("state", ["canceled", "failed"])
+def test_a_job_that_ends_without_its_files_keeps_no_query_of_a_url(
+    ledger: Ledger, queued_job: JobRecord, state: str
+) -> None:
+    def file(name: str) -> RemoteFile:
+        return RemoteFile(name=name, url=f'https://example.org/{name}?token=3f9a?"3f9a"')
+
+    output = Output(url="https://example.org/report?signature=3f9a")
+    job = queued_job.model_copy(
+        update={
+            "source": file("mug.gltf"),
+            "source_resources": (file("a.bin"), file("müg.bin")),
+            "outputs": {"report": output},
+            "progress": JobProgress.fetching(),
+        }
+    )
+    ledger.create(job)
+
+    if state == "canceled":
+        ledger.cancel(job.id)
+    else:
+        ledger.fail_incomplete(job.id, ERROR)
+
+    ended = ledger.get(job.id)
+    assert (ended.state, ended.progress) == (state, None)
+    assert "3f9a" not in ended.model_dump_json()
+    assert ended.source == RemoteFile(name="mug.gltf", url="https://example.org/mug.gltf")
+    assert [each.name for each in ended.source_resources] == ["a.bin", "müg.bin"]
+    assert ended.reference == job.reference
+    assert ended.outputs == {"report": Output(url="https://example.org/report")}
+
+
+def test_a_job_that_fails_at_work_keeps_no_query_of_where_its_results_were_to_go(
+    ledger: Ledger, queued_job: JobRecord
+) -> None:
+    output = Output(url="https://example.org/report?signature=3f9a")
+    ledger.create(queued_job.model_copy(update={"outputs": {"report": output}}))
+    attempt = ledger.begin(queued_job.id)
+    assert ledger.get(queued_job.id).outputs["report"] == output
+
+    ledger.fail(queued_job.id, attempt, ERROR)
+
+    assert "3f9a" not in ledger.get(queued_job.id).model_dump_json()
 
 
 def test_a_running_job_is_asked_to_stop_and_hears_it_when_it_reports(

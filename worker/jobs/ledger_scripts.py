@@ -12,9 +12,12 @@ from worker.jobs import ledger_keys as keys
 from worker.jobs import outbox
 from worker.jobs.blob_scripts import NEED
 from worker.jobs.project_scripts import PROJECT
+from worker.jobs.records import FILE_FIELDS
 
 EVENTS_KEPT = 256
 """Events kept of a job; what falls out can be read from the job itself."""
+
+_WITH_URLS = ", ".join(f"'{field}'" for field in (*FILE_FIELDS, "outputs"))
 
 REFUSED, ACCEPTED, REPEATED, MISMATCHED, FULL, CANCEL_REQUESTED, TOO_NEW = range(7)
 
@@ -89,7 +92,27 @@ local function write_outputs(state)
   end
 end
 
+local function without_queries(value)
+  for name, each in pairs(value) do
+    if name == 'url' then value[name] = string.gsub(each, '%?.*', '')
+    elseif type(each) == 'table' then without_queries(each) end
+  end
+  return value
+end
+
+-- The query of a URL may be a secret, and of such a job nothing more is fetched or put.
+local function forget_queries()
+  for _, field in ipairs({{{_WITH_URLS}}}) do
+    local value = redis.call('HGET', job, field)
+    -- What has one is no empty list, which would be written as an object.
+    if value and string.find(value, '?', 1, true) then
+      set({{[field]=cjson.encode(without_queries(cjson.decode(value)))}})
+    end
+  end
+end
+
 local function announce(state, attempt)
+  if state == 'failed' or state == 'canceled' then forget_queries() end
   note('state', cjson.encode({{state=state, attempt=attempt}}))
   write_webhook(state, attempt)
   write_outputs(state)
@@ -265,7 +288,7 @@ CANCEL = (
 -- step: id, finished
 local state, attempt = found()
 if state == 'queued' then
-  set({{state='canceled', finished=step.finished}})
+  set({{state='canceled', finished=step.finished, progress='null'}})
   move(state, 'canceled')
   announce('canceled', attempt)
   return {{{ACCEPTED}, 'canceled', attempt}}

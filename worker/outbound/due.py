@@ -138,6 +138,8 @@ class DueList:
                 with suppress(RedisError):
                     if await self._client.zscore(self._keys[0], name) is None:
                         return
+                    if task.done():  # it may have had the name postponed for longer
+                        break
                     await self.postpone(name, TAKEN)
             await task
         finally:

@@ -9,7 +9,9 @@ from contextlib import suppress
 from typing import IO, TYPE_CHECKING, cast
 
 import structlog
+from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import RedisError
+from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from meshcone.errors import InternalError, MeshConeError
 from worker.jobs.ledger import Ledger, UnknownJobError
@@ -24,7 +26,7 @@ from worker.transfers.web import Web
 if TYPE_CHECKING:
     from redis.asyncio import Redis
 
-    from worker.jobs.records import Artifact, Output, OutputName
+    from worker.jobs.records import Artifact, JobRecord, Output, OutputName
     from worker.storage.blobs import BlobStore
     from worker.transfers.settings import TransferSettings
 
@@ -33,6 +35,7 @@ logger = structlog.get_logger(__name__)
 _AT_ONCE = 8  # results; a slow server must not hold up the others
 _GROWTH = 6  # of the pause before each further try, as for webhooks
 _LOOK_INTERVAL = 0.25  # seconds
+_FAULT = "an unexpected error in the service; it was logged"
 
 
 class Delivering:
@@ -76,25 +79,49 @@ class Delivering:
     async def _see_to(self, due: Due) -> None:
         """Try once to put a result, and note what came of it; nothing ends the process."""
         try:
+            if due.tries > 2 * self._settings.output_attempts:  # its process ended by each
+                raise InternalError("tries were begun again and again, and never ended")
             await self._due.hold(due.name, self._try(due), self._stopping)
         except (UnknownJobError, KeyError):  # deleted meanwhile, and its files with it
             with suppress(RedisError):
                 await self._due.forget(due.name)
         except RedisError as error:  # due again when its time is over
             logger.error("the broker cannot be used", error=str(error))
+        except InternalError as error:
+            await self._give_up(due, error.message)
+        except Exception:  # a fault of ours; another try would only repeat it
+            logger.exception("an output cannot be seen to", output=due.name)
+            await self._give_up(due, _FAULT)
+
+    async def _give_up(self, due: Due, detail: str) -> None:
+        """End an output as well as can be: where that cannot be noted, it is tried no more."""
+        try:
+            record, name, tried = await self._wanted(due)
+            ended = tried.ended("given_up", detail)
+            await asyncio.to_thread(self._ledger.note_output, record.id, name, ended)
+            logger.warning("output given up", job_id=record.id, output=name, **_told(ended, None))
+        except (RedisConnectionError, RedisTimeoutError) as error:  # due again, and given up then
+            logger.error("the broker cannot be used", error=str(error))
+        except Exception:
+            logger.exception("that an output is given up cannot be noted", output=due.name)
+            with suppress(RedisError):
+                await self._due.forget(due.name)
+
+    async def _wanted(self, due: Due) -> tuple[JobRecord, OutputName, Output]:
+        """The job of a result, the result's name, and what it is at this try."""
+        job_id, _, name = cast("tuple[str, str, OutputName]", due.name.partition("/"))
+        record = await asyncio.to_thread(self._ledger.get, job_id)
+        return record, name, record.outputs[name].model_copy(update={"tries": due.tries})
 
     async def _try(self, due: Due) -> None:
-        job_id, _, name = due.name.partition("/")
-        record = await asyncio.to_thread(self._ledger.get, job_id)
-        output = record.outputs[cast("OutputName", name)]
-        tried = output.model_copy(update={"tries": due.tries})
+        record, name, tried = await self._wanted(due)
         ended = await self._tried(due, tried, record.artifacts.get(name))
         pause = None
         if ended.state == "waiting":
             pause = pause_before(due.tries, self._settings.output_first_delay, _GROWTH)
         level = logger.info if ended.detail is None else logger.warning
-        level("output seen to", job_id=job_id, output=name, **_told(ended, pause))
-        await asyncio.to_thread(self._ledger.note_output, job_id, name, ended)
+        level("output seen to", job_id=record.id, output=name, **_told(ended, pause))
+        await asyncio.to_thread(self._ledger.note_output, record.id, name, ended)
         if pause is not None:
             await self._due.postpone(due.name, pause)
 
@@ -103,8 +130,6 @@ class Delivering:
         if artifact is None:
             return output.ended("absent", "the job has made no such file")
         try:
-            if due.tries > 2 * self._settings.output_attempts:  # its process ended by each
-                raise InternalError("tries were begun again and again, and never ended")
             async with asyncio.timeout(self._settings.output_seconds):
                 await self._put(output, artifact)
         except (PassingError, StoreError, DamagedFileError, OSError) as error:
@@ -116,7 +141,7 @@ class Delivering:
             return output.ended("given_up", error.message)
         except Exception:  # a fault of ours; another try would only repeat it
             logger.exception("putting an output failed unexpectedly", output=due.name)
-            return output.ended("given_up", "an unexpected error in the service; it was logged")
+            return output.ended("given_up", _FAULT)
         return output.ended("delivered", None)
 
     async def _put(self, output: Output, artifact: Artifact) -> None:

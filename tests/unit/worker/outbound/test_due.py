@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any, cast
 
+import pytest
+from redis.asyncio import Redis
 from redis.exceptions import ConnectionError as RedisConnectionError
 
-from worker.outbound.due import pause_before, work_through
+from worker.outbound import due
+from worker.outbound.due import DueList, pause_before, work_through
 
 
 def test_each_pause_is_so_many_times_the_one_before() -> None:
@@ -61,3 +65,44 @@ def test_no_more_is_begun_than_may_be_and_what_is_begun_is_ended() -> None:
     assert sorted(done) == list(range(7))
     assert most == 3
     assert max(numbers.asked) == 3
+
+
+class Broker:
+    """Has every name due, and says so only when the work on it has ended."""
+
+    def __init__(self, ended: asyncio.Event) -> None:
+        self._ended = ended
+        self.asked = asyncio.Event()
+        self.postponed: list[Any] = []
+
+    def register_script(self, _script: str) -> Callable[..., Awaitable[None]]:
+        async def run(**asked: Any) -> None:
+            self.postponed.append(asked["args"])
+
+        return run
+
+    async def zscore(self, _key: str, _name: str) -> float:
+        self.asked.set()
+        await self._ended.wait()
+        return 1.0
+
+
+def test_work_that_ends_while_it_is_looked_after_keeps_the_pause_it_has_set(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(due, "_RENEWAL", 0.001)
+
+    async def run() -> list[Any]:
+        ended = asyncio.Event()
+        broker = Broker(ended)
+        names = DueList(cast("Redis", broker), "times", "tries")
+
+        async def work() -> None:
+            await broker.asked.wait()
+            await names.postpone("mug", 180.0)
+            ended.set()
+
+        await names.hold("mug", work(), asyncio.Event())
+        return broker.postponed
+
+    assert asyncio.run(run()) == [["mug", 180.0]]
