@@ -74,6 +74,14 @@ def test_a_file_that_is_served_packed_is_unpacked(
     assert fetched(url) == MUG
 
 
+def test_packed_bytes_that_unpack_to_nothing_count_as_well(server: FileServer) -> None:
+    begun = zlib.compressobj(wbits=zlib.MAX_WBITS | 16).flush(zlib.Z_SYNC_FLUSH)
+    empty_blocks = b"\0\0\0\xff\xff" * 40_000  # RFC 1951, section 3.2.4
+    url = server.has("/mug.obj", begun + empty_blocks, headers={"Content-Encoding": "gzip"})
+
+    assert refusal(lambda: fetched(url, 100_000)).kind == "limit"
+
+
 def test_a_gzip_bomb_is_stopped_at_the_limit(server: FileServer) -> None:
     bomb = gzip.compress(bytes(50_000_000))  # 50 KB
     url = server.has("/mug.obj", bomb, headers={"Content-Encoding": "gzip"})

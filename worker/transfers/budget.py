@@ -32,3 +32,30 @@ class Budget:
         """Take a part of it; raises as :meth:`require` does."""
         self.require(size)
         self._left -= size
+
+
+class Share:
+    """What one answer takes of a budget: its bytes as they come or unpacked, whichever are more.
+
+    Args:
+        budget: of the whole job.
+    """
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget = budget
+        self._spent = self._received = self._unpacked = 0
+
+    def receive(self, size: int) -> None:
+        """Count bytes as they have come; raises as :meth:`Budget.require` does."""
+        self._received += size
+        self._settle(self._received)
+
+    def unpack(self, size: int) -> None:
+        """Count bytes that were unpacked of those; raises as :meth:`Budget.require` does."""
+        self._unpacked += size
+        self._settle(self._unpacked)
+
+    def _settle(self, size: int) -> None:
+        if size > self._spent:
+            self._budget.spend(size - self._spent)
+            self._spent = size

@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from meshcone.errors import InputError
 from worker.transfers.errors import PassingError
 
+MEMBERS = 64
+"""Members of gzip that an answer may have; each is begun anew, at a cost."""
+
 _PIECE = 256 * 1024  # bytes
 _EITHER = zlib.MAX_WBITS | 32  # gzip or zlib, whichever its header says
 
@@ -30,24 +33,40 @@ class Gzip:
     def __init__(self) -> None:
         self._member = zlib.decompressobj(_EITHER)
         self._is_begun = False
+        self._members = 1
+        self._is_empty = True  # the member, so far
 
     def unpacked(self, data: bytes) -> Iterator[bytes]:
         """What a piece of the content adds, in pieces of a size that does not depend on it.
 
         Raises:
-            InputError: it is not what its header says.
+            InputError: it is not what its header says, or has too many members, or an empty one
+                after the first: any number of those would cost time and add nothing.
         """
         try:
             while data:
                 if self._member.eof:
-                    self._member = zlib.decompressobj(_EITHER)
+                    self._begin_member()
                 self._is_begun = True
                 piece = self._member.decompress(data, _PIECE)
                 if piece:
+                    self._is_empty = False
                     yield piece
+                if self._member.eof and self._is_empty and self._members > 1:
+                    raise InputError("the answer is packed (gzip) with an empty member in it")
                 data = self._member.unconsumed_tail or self._member.unused_data
         except zlib.error:
             raise InputError("the answer says that it is packed (gzip), and is not") from None
+
+    def _begin_member(self) -> None:
+        if self._members == MEMBERS:
+            raise InputError(
+                f"the answer is packed (gzip) in more than {MEMBERS} members; serve the file as "
+                "it is, or as one"
+            )
+        self._members += 1
+        self._is_empty = True
+        self._member = zlib.decompressobj(_EITHER)
 
     def finish(self) -> None:
         """Require that the last member has ended.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ import httpcore2
 
 from meshcone.errors import InputError
 from worker.outbound.addresses import PublicBackend, RefusedAddressError, require_url
+from worker.transfers.budget import Share
 from worker.transfers.errors import PassingError
 from worker.transfers.places import host_of
 from worker.transfers.unpacking import unpacker
@@ -158,10 +160,13 @@ async def _receive(
     length = headers.get("content-length", b"")
     if encoding in ("", "identity") and length.isdigit():
         budget.require(int(length))  # before any of it is taken
+    share = Share(budget)
     async for data in answer.aiter_stream():
+        share.receive(len(data))
         for piece in content.unpacked(data):
-            budget.spend(len(piece))
+            share.unpack(len(piece))
             into.write(piece)
+            await asyncio.sleep(0)  # a small answer can unpack to much, while others wait
     content.finish()
 
 
