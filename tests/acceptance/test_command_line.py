@@ -290,7 +290,7 @@ def test_serve_ends_when_told_to_and_takes_everything_with_it(tmp_path: Path) ->
 
         assert service.process.wait(timeout=60) == 0
 
-    assert len(children) == 4  # broker, worker, webhooks, API
+    assert len(children) == 5  # broker, worker, webhooks, transfers, API
     assert all(has_ended(pid) for pid in children)
 
 
