@@ -27,9 +27,10 @@ _SCORING_SAMPLES = 4000
 _CLOSE_RACE = 1.1
 # Guard rounds follow where more than so many faces, and than this share of them, are amiss. Where
 # it is more than that share they mend too little, as on a sheet, half of whose faces are opposed.
-# They may cost this much of the distance.
+# They may cost this much of the distance: of its mean, its 95th percentile and the largest.
 _FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
 _MENDING_COST = 1.02
+_LARGEST_COST = 1.1  # what is measured of the largest depends on which samples meet it
 # Attempts whose earlier rounds are looked at where none's last will do, and how many of each.
 _LOOKED_AT_AGAIN = 2
 # An answer this much farther away than it was in the race ends there.
@@ -203,8 +204,7 @@ class SurfaceRefiner:
             return None
         mended = harm.examine(solution.positions)
         mends = mended.amiss < found.amiss and not mended.objections
-        near = mended.distances.mean <= _MENDING_COST * found.distances.mean
-        better = mends and (near or bool(found.objections))
+        better = mends and (_is_near(mended, found) or bool(found.objections))
         return (guarded, mended) if better and solution.converged else None
 
     def _earlier(self, attempt: Attempt, harm: HarmCheck) -> RefinedPositions | None:
@@ -287,3 +287,10 @@ def refine_surface(
     """
     problems = SurfaceProblems(source, reference, options)
     return SurfaceRefiner(problems, guarded=guarded).run(on_round)
+
+
+def _is_near(mended: Examined, found: Examined) -> bool:
+    """Tell whether what guard rounds have mended costs next to nothing in distance."""
+    now, was = mended.distances, found.distances
+    near = now.mean <= _MENDING_COST * was.mean and now.p95 <= _MENDING_COST * was.p95
+    return near and now.max <= _LARGEST_COST * was.max

@@ -107,7 +107,6 @@ PLY = [
     _ascii("index past the end", _HEAD + _ROWS + "3 0 1 4\n", "line 14", "vertex 4; .*0 to 3"),
     _ascii("negative index", _HEAD + _ROWS + "3 0 1 -1\n", "line 14", "names vertex -1"),
     _ascii("faces without vertices", ply_header(0) + "3 0 1 2\n", "line 10", "there are no vert"),
-    _ascii("points only", ply_header(faces=0) + _ROWS, None, "it has no faces"),
     _binary(
         "binary index past the end", struct.pack("<B3i", 3, 0, 1, 4), "byte .*", "names vertex 4"
     ),
