@@ -12,7 +12,7 @@ from meshcone_client import Client
 from meshcone_client.api.inputs import get_source
 from meshcone_client.api.jobs import get_job, list_jobs, submit_job
 from meshcone_client.api.results import get_certificate, get_mesh, get_report
-from meshcone_client.models import Job, SubmitJobBody
+from meshcone_client.models import Job, SubmitJobFilesBody
 from meshcone_client.types import File
 
 url, source, reference, out = sys.argv[1], *map(Path, sys.argv[2:])
@@ -24,7 +24,7 @@ def file(path: Path) -> File:
 
 with Client(url, httpx_args={"trust_env": False}) as client:
     options = json.dumps({"effort": "fast"})
-    body = SubmitJobBody(file(source), file(reference), options, label=["generated", "python"])
+    body = SubmitJobFilesBody(file(source), file(reference), options, label=["generated", "python"])
     job = submit_job.sync(client=client, body=body, prefer="wait=5")
     while isinstance(job, Job) and job.state in ("queued", "running"):
         time.sleep(0.1)
