@@ -62,23 +62,28 @@ def test_both_ends_are_those_of_all_triangles_over_a_pixel(corners: np.ndarray) 
     for pixel in range(SIZE * SIZE):
         row, column = divmod(pixel, SIZE)
         depths = [depth for each in corners for depth in depth_at(each, column + 0.5, row + 0.5)]
-        for seen, expected in ((nearest, max), (farthest, min)):
+        # On an edge rounding decides.
+        edges = [
+            depth for each in corners for depth in depth_at(each, column + 0.5, row + 0.5, -1e-6)
+        ]
+        for seen, end in ((nearest, max), (farthest, min)):
             found = np.flatnonzero(seen.pixels == pixel)
             if depths and len(found):
                 face, weights = seen.faces[found[0]], seen.weights[found[0]]
                 shown = float(weights @ corners[face, :, 2])
-                assert shown == pytest.approx(expected(depths), abs=1e-3)
+                low, high = sorted([end(depths), end(edges)])
+                assert low - 1e-3 <= shown <= high + 1e-3
             elif depths:
                 raise AssertionError("a pixel inside a triangle was missed")
 
 
-def depth_at(corners: np.ndarray, x: float, y: float) -> list[float]:
-    """The depth of a triangle at a point well inside it; nothing elsewhere."""
+def depth_at(corners: np.ndarray, x: float, y: float, margin: float = 1e-6) -> list[float]:
+    """The depth of a triangle at a point inside it by a margin; nothing elsewhere."""
     system = np.vstack([corners[:, :2].T, np.ones(3)])
     if abs(np.linalg.det(system)) < 1e-2:
         return []
     weights = np.linalg.solve(system, [x, y, 1])
-    return [float(weights @ corners[:, 2])] if weights.min() > 1e-6 else []
+    return [float(weights @ corners[:, 2])] if weights.min() > margin else []
 
 
 def test_triangles_that_cover_everything_too_often_are_refused() -> None:
