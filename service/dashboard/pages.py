@@ -27,16 +27,17 @@ class Page:
 
 @dataclass(frozen=True)
 class _Kind:
-    """One of the pages: its title, and the module that brings it to life."""
+    """One of the pages: its title, the module that brings it to life, and its own style sheet."""
 
     title: str
     module: str
+    style: str | None = None
 
 
 _KINDS = {
-    "jobs": _Kind("Jobs", "jobs-page"),
-    "job": _Kind("Job", "job-page"),
-    "compare": _Kind("Compare", "compare-page"),
+    "jobs": _Kind("Jobs", "jobs-page", "lists.css"),
+    "job": _Kind("Job", "job-page", "job.css"),
+    "compare": _Kind("Compare", "compare-page", "lists.css"),
     "docs": _Kind("API", "docs-page"),
 }
 
@@ -49,7 +50,10 @@ def page(kind: str) -> Page:
     html = Template((_PAGES / "frame.html").read_text()).substitute(
         title=escape(meta.title),
         kind=kind,
-        style=required("dashboard.css").url,
+        styles="\n".join(
+            f'<link rel="stylesheet" href="{required(name).url}">'
+            for name in filter(None, ("dashboard.css", meta.style))
+        ),
         theme=required("theme.js").url,
         imports=imports,
         words=json.dumps(names_in_words()),

@@ -18,6 +18,7 @@ from meshcone.gates.words import names_in_words
 from service.dashboard.static_files import own_names, required
 
 _FRAME = Path(__file__).parent / "frame.html"
+_STYLES = ("dashboard.css", "job.css", "lists.css")
 _START = 'import "meshcone/report-page";'
 # Those that did not pass come first; a file with all meshes of a large run would be too big.
 MOST_PREVIEWS = 12
@@ -58,7 +59,7 @@ def html_report(title: str, assets: Sequence[ReportedAsset]) -> bytes:
     """
     shown = _with_preview(assets)
     imports = json.dumps({"imports": _modules()})
-    style, theme = required("dashboard.css").data.decode(), _script("theme.js")
+    style, theme = "".join(map(_style, _STYLES)), _script("theme.js")
     library = _script("three.js") if shown else ""
     html = Template(_FRAME.read_text()).substitute(
         title=escape(title),
@@ -127,6 +128,10 @@ def _modules() -> dict[str, str]:
         for name in own_names()
         if (name.endswith(".js") and not name.endswith("-page.js")) or name == "report-page.js"
     }
+
+
+def _style(name: str) -> str:
+    return required(name).data.decode()
 
 
 def _script(name: str) -> str:
