@@ -79,7 +79,7 @@ def _claim(
         ProblemError: the queue is full, or a request with the same key is under way.
     """
     if idempotency_key is None:
-        _require_room(context)
+        _require_room(context, sender)
         yield None
         return
     claims = KeyClaims(context.redis)
@@ -92,17 +92,18 @@ def _claim(
         ) from None
     try:
         if claim.job_id is None:
-            _require_room(context)
+            _require_room(context, sender)
         yield claim
     finally:
         claims.release(claim)
 
 
-def _require_room(context: ContextDependency) -> None:
+def _require_room(context: ContextDependency, sender: Sender) -> None:
     # The ledger decides; this only spares a client the sending of files nobody will take.
     # While the broker is away a form is still told what is wrong with it.
     with suppress(RedisError):
-        if context.ledger.index.count("queued") >= context.settings.queue_capacity:
+        capacity = context.settings.queue_capacity
+        if not context.ledger.has_room(capacity, sender.project, sender.owner):
             raise queue_full()
 
 

@@ -30,6 +30,7 @@ from worker.jobs.idempotency import BoundKey
 from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.index import JobIndex
 from worker.jobs.ledger_keys import PLACED, job_keys
+from worker.jobs.lines import HAS_ROOM
 from worker.jobs.project_scripts import PLACE
 from worker.jobs.records import (
     FILE_FIELDS,
@@ -104,6 +105,7 @@ class Ledger:
         self._cancel = client.register_script(scripts.CANCEL)
         self._expire = client.register_script(scripts.EXPIRE)
         self._delete = client.register_script(scripts.DELETE)
+        self._has_room = client.register_script(HAS_ROOM)
         self._place = client.register_script(PLACE)
 
     def create(
@@ -113,7 +115,8 @@ class Ledger:
 
         Args:
             record: the job.
-            capacity: how many jobs may be queued before it; None for any number.
+            capacity: how many jobs may be queued, as :meth:`has_room` takes it; None for any
+                number.
             key: what the sender calls the request, so that repeating it makes one job. The
                 id is then that of the job it made first.
 
@@ -145,6 +148,15 @@ class Ledger:
             raise QueueFullError
         _accept(record.id, answer, found, attempt)
         return record.id
+
+    def has_room(self, capacity: int, project: str, owner: str | None, jobs: int = 1) -> bool:
+        """Whether so many more jobs of a sender may be queued.
+
+        Where more than ``capacity`` would be, those are let in whose project has no more than its
+        share of it queued: an equal part for each project that has queued jobs. In the same way
+        a project's share is divided between its keys.
+        """
+        return bool(self._has_room([], [capacity, project, owner or "", jobs]))
 
     def get(self, job_id: str) -> JobRecord:
         """One job.

@@ -9,8 +9,16 @@
     meshcone:counters           hash: what has happened since the ledger was begun
     meshcone:project:NAME:…     the same indexes, times and counters of one project's jobs alone
     meshcone:project:NAME:blobs hash: how many of the project's jobs have a file, by its digest
+    meshcone:project:NAME:owners, …:queued:KEY
+                                set: the API keys that have sent jobs; of each, the queued ones
     meshcone:projects           set: the projects there are jobs of
     meshcone:projects:placed    string: how far the last look at their indexes has come
+    meshcone:lines:KIND         sorted set: the projects some of whose jobs wait in lines, by turn;
+                                KIND is `queue` or `fetches`; see worker.jobs.lines
+    meshcone:lines:KIND:NAME    sorted set: the keys of such a project, by turn
+    meshcone:lines:KIND:NAME:KEY
+                                sorted set: the jobs that wait in a key's line, by place
+    meshcone:lines:turn         string: the last place or turn that was given
     meshcone:webhooks           stream: webhooks to be sent; see worker.jobs.outbox
     meshcone:fetches            sorted set: queued jobs some of whose files are still to be fetched,
                                 by the time at which that is to be tried; see worker.transfers
@@ -28,6 +36,9 @@ from __future__ import annotations
 
 COUNTERS = "meshcone:counters"
 PROJECTS = "meshcone:projects"
+QUEUE_LINES = "meshcone:lines:queue"
+FETCH_LINES = "meshcone:lines:fetches"
+TURN = "meshcone:lines:turn"
 PLACED = "meshcone:projects:placed"
 WEBHOOKS = "meshcone:webhooks"
 FETCHES = "meshcone:fetches"

@@ -11,6 +11,7 @@ from __future__ import annotations
 from worker.jobs import ledger_keys as keys
 from worker.jobs import outbox
 from worker.jobs.blob_scripts import NEED
+from worker.jobs.lines import LINES, ROOM
 from worker.jobs.project_scripts import PROJECT
 from worker.jobs.records import FILE_FIELDS
 
@@ -53,6 +54,7 @@ local function end_fetching()
 end
 
 {PROJECT}
+{LINES}
 -- Of a job that a version without projects has made.
 if redis.call('EXISTS', job) == 1 and redis.call('HEXISTS', job, 'project') == 0 then
   find_a_place(step.id)
@@ -71,7 +73,12 @@ end
 -- A job is counted and found under one state, and holds the time it entered it.
 local function move(old, new)
   local time = now()
-  if old == 'queued' then end_fetching() end
+  if old == 'queued' then
+    end_fetching()
+    leave_lines('{keys.QUEUE_LINES}', step.id)
+    leave_lines('{keys.FETCH_LINES}', step.id)
+  end
+  count_queued(step.id, new)
   local since = old ~= '' and redis.call('ZSCORE', 'meshcone:since:' .. old, step.id)
   if since then tally('seconds:' .. old, time - tonumber(since)) end
   tally('transitions:' .. old .. ':' .. new, 1)
@@ -153,6 +160,7 @@ end
 
 CREATE = (
     _PRELUDE
+    + ROOM
     + f"""
 -- step: id, fields, labels, digests, capacity, incomplete (files are still to be fetched); and
 -- KEYS[4], fingerprint, remembered where the sender has given the request a key
@@ -167,7 +175,9 @@ if key then
   end
 end
 if redis.call('EXISTS', job) == 1 then return {{{REFUSED}, found()}} end
-if step.capacity and redis.call('ZCARD', 'meshcone:since:queued') >= step.capacity then
+local project, owner = step.fields.project, step.fields.owner
+if step.capacity and not has_room(step.capacity, cjson.decode(project),
+                                  owner and cjson.decode(owner) or '', 1) then
   return {{{FULL}, 'queued', 0}}
 end
 set(step.fields)

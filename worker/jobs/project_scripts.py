@@ -17,12 +17,30 @@ local function project_of(job)
   return cjson.decode(redis.call('HGET', job, 'project') or '"{DEFAULT_PROJECT}"')
 end
 
+-- The API key that has sent a job; '' where it came without.
+local function owner_of(job)
+  local owner = redis.call('HGET', job, 'owner')
+  return owner and owner ~= 'null' and cjson.decode(owner) or ''
+end
+
 local function place_of(job) return 'meshcone:project:' .. project_of(job) .. ':' end
 
 -- A project has a file as long as jobs of it have, or somebody's lease on its upload lasts.
 local function own(job, digest, times)
   local files = place_of(job) .. 'blobs'
   if redis.call('HINCRBY', files, digest, times) <= 0 then redis.call('HDEL', files, digest) end
+end
+
+-- How many jobs of a key are queued decides whether further ones are let in.
+local function count_queued(id, state)
+  local job = 'meshcone:job:' .. id
+  local place, owner = place_of(job), owner_of(job)
+  if state == 'queued' then
+    redis.call('SADD', place .. 'owners', owner)
+    redis.call('SADD', place .. 'queued:' .. owner, id)
+  else
+    redis.call('SREM', place .. 'queued:' .. owner, id)
+  end
 end
 
 -- Puts a job where its project finds it, whatever version has made it or moved it since.
@@ -36,6 +54,7 @@ local function find_a_place(id)
     for _, digest in ipairs(redis.call('SMEMBERS', job .. ':blobs')) do own(job, digest, 1) end
   end
   redis.call('SADD', '{PROJECTS}', project_of(job))
+  count_queued(id, state)
   redis.call('ZADD', to .. 'index:all', 0, id)
   for _, label in ipairs(cjson.decode(redis.call('HGET', job, 'labels') or '[]')) do
     redis.call('ZADD', to .. 'index:label:' .. label, 0, id)
@@ -62,7 +81,7 @@ local function find_a_place(id)
   return is_new
 end
 """
-"""Lua: ``project_of``, ``place_of``, ``own`` and ``find_a_place``, for the ledger's scripts."""
+"""Lua: whose a job is, ``count_queued`` and ``find_a_place``, for the ledger's scripts."""
 
 PLACE = (
     PROJECT

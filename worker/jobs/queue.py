@@ -1,5 +1,9 @@
 """The one queue between the front end and the workers. It carries job ids, nothing else.
 
+Jobs wait in lines (:mod:`worker.jobs.lines`) and are released into RQ's queue a few at a time: when
+one is lined up, when a worker takes one up, and at every look of the reconciler. A step of a line
+or of a release is one script in the broker, so a job is in a line or has a message.
+
 RQ moves a message from the queue to a second list, the *intermediate* one, in one step, so
 that it is in a list whatever happens to the worker; with two queues on one worker RQ does
 not. What a message means is the ledger's to say: one that comes twice, or too late, finds
@@ -8,6 +12,7 @@ its job in another state and is dropped.
 
 from __future__ import annotations
 
+import json
 import secrets
 import socket
 from dataclasses import dataclass
@@ -15,9 +20,11 @@ from typing import TYPE_CHECKING
 
 from rq import Queue, worker_registration
 from rq.defaults import DEFAULT_WORKER_TTL
-from rq.job import Job
+from rq.job import Job, JobStatus
 from rq.serializers import JSONSerializer
 from rq.suspension import is_suspended
+
+from worker.jobs.lines import LINE_UP, LINED_UP, RELEASE, WINDOW
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -27,6 +34,7 @@ if TYPE_CHECKING:
 TASK = "worker.run.attempt.run"
 """The function that a message names; its one argument is the id of a job."""
 
+_LINED_UP_AT_ONCE = 1000  # jobs; the broker does nothing else meanwhile, for some milliseconds
 _FAILURE_TTL = 86_400  # seconds for which `rq requeue` can send again what RQ says has failed
 _LONGEST_LIFE = DEFAULT_WORKER_TTL + 60  # seconds; what RQ gives a worker's entry at most
 
@@ -49,17 +57,21 @@ class JobQueue:
     def __init__(self, settings: WorkerSettings, connection: Redis) -> None:
         self.rq = Queue(settings.queue, connection=connection, serializer=JSONSerializer)
         self._connection = connection
+        self._line_up = connection.register_script(LINE_UP)
+        self._release = connection.register_script(RELEASE)
+        self._lined_up = connection.register_script(LINED_UP)
 
-    def enqueue(self, job_id: str) -> None:
-        """Have some worker run a job of the ledger."""
-        self.rq.enqueue(
-            TASK,
-            job_id,
-            job_id=f"{job_id}_{secrets.token_hex(4)}",
-            job_timeout=-1,  # workers keep time themselves
-            result_ttl=0,  # the ledger has the result
-            failure_ttl=_FAILURE_TTL,
-            description=f"job {job_id}",
+    def enqueue(self, *job_ids: str) -> None:
+        """Have jobs of the ledger run when it is their turn; those that are not queued are left."""
+        for start in range(0, len(job_ids), _LINED_UP_AT_ONCE):
+            self._line_up([], job_ids[start : start + _LINED_UP_AT_ONCE])
+        self.release()
+
+    def release(self) -> None:
+        """Send messages of the jobs whose turn it is, as far as there is room. Repeatable."""
+        self._release(
+            [self.rq.key, self.rq.redis_queues_keys],
+            [WINDOW, secrets.token_hex(4), self._message(), Job.redis_job_namespace_prefix],
         )
 
     def discard(self, delivery: Delivery) -> None:
@@ -80,8 +92,9 @@ class JobQueue:
             pipeline.execute()
 
     def waiting(self) -> set[str]:
-        """Ids of the jobs that some message is waiting for."""
-        return {_delivery(item).job_id for item in self._items(self.rq.key)}
+        """Ids of the jobs that wait in a line, or whose message waits for a worker."""
+        lined_up: list[bytes | str] = self._lined_up([], [])
+        return {_delivery(item).job_id for item in [*lined_up, *self._items(self.rq.key)]}
 
     def taken(self) -> set[Delivery]:
         """Messages some worker has taken and not discarded: for an instant, or for ever."""
@@ -105,6 +118,21 @@ class JobQueue:
     def forget_dead_workers(self) -> None:
         """Drop those from RQ's list whose heartbeat has run out."""
         worker_registration.clean_worker_registry(self.rq)
+
+    def _message(self) -> str:
+        """The fields of a message as RQ keeps them; ``@job`` stands for the job's id."""
+        message = self.rq.create_job(
+            TASK,
+            args=("@job",),
+            timeout=-1,  # workers keep time themselves
+            result_ttl=0,  # the ledger has the result
+            failure_ttl=_FAILURE_TTL,
+            description="job @job",
+            status=JobStatus.QUEUED,
+        )
+        message.enqueued_at = message.created_at
+        # RQ packs what names function and arguments, and reads it plain as well.
+        return json.dumps({**message.to_dict(), "data": message.data.decode()})
 
     def _is_alive(self, key: str) -> bool:
         # An entry with more time left than it was ever given is from before the broker's clock

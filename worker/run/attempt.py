@@ -98,6 +98,7 @@ class Attempts:
             RedisError: the broker could not be reached, at the beginning or for a minute at the
                 end. The reconciler finds the job.
         """
+        self.queue.release()  # there is room for a message where this one was
         try:
             attempt = self.ledger.begin(job_id)
         except (TransitionRefusedError, UnknownJobError) as refusal:

@@ -92,8 +92,7 @@ class Reconciler:
         if unheld:  # one line: jobs that wait for a newer worker are among them at every look
             some = ", ".join(sorted(unheld)[:_NAMED])
             logger.warning("queued, but in no list: %d jobs, %s among them", len(unheld), some)
-        for job_id in unheld:
-            self._queue.enqueue(job_id)
+        self._queue.enqueue(*sorted(unheld))
 
     def _ids(self, state: str) -> list[str]:
         return self._ledger.index.in_state_for(state, 0, limit=_LOOKED_AT)

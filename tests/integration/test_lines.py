@@ -1,0 +1,249 @@
+"""Jobs of several keys and projects: each has its turn, however many the first has sent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from redis import Redis
+from rq.job import Job
+from rq.serializers import JSONSerializer
+
+from tests.integration.jobs import make_job
+from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.heartbeats import Heartbeats
+from worker.jobs.identifiers import new_job_id
+from worker.jobs.ledger import Ledger, QueueFullError
+from worker.jobs.lines import WINDOW
+from worker.jobs.queue import TASK, JobQueue, job_of
+from worker.jobs.records import JobRecord, RemoteFile
+from worker.settings import WorkerSettings
+from worker.upkeep.reconciler import Reconciler
+
+MANY = 3 * WINDOW
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> Iterator[str]:
+    """A broker of this test's own: nothing else waits there."""
+    with EmbeddedBroker(tmp_path / "broker") as broker:
+        yield broker.url
+
+
+@pytest.fixture
+def redis(url: str) -> Iterator[Redis]:
+    with connect_text(url) as client:
+        yield client
+
+
+@pytest.fixture
+def ledger(redis: Redis) -> Ledger:
+    return Ledger(redis)
+
+
+@pytest.fixture
+def queue(url: str, tmp_path: Path) -> Iterator[JobQueue]:
+    with connect_bytes(url) as connection:
+        yield JobQueue(WorkerSettings(redis_url=url, data_dir=tmp_path), connection)
+
+
+def sent(ledger: Ledger, queue: JobQueue, count: int, owner: str, **fields: object) -> list[str]:
+    """Jobs of a key, in the order in which they were accepted."""
+    ids = []
+    for _ in range(count):
+        record = make_job().model_copy(update={"owner": owner, **fields})
+        ledger.create(record)
+        queue.enqueue(record.id)
+        ids.append(record.id)
+    return ids
+
+
+def next_message(redis: Redis, queue: JobQueue) -> str | None:
+    """What a worker would take, as it takes it; the id of its job."""
+    message = redis.lpop(queue.rq.key)
+    return None if message is None else job_of(str(message))
+
+
+def run_all(redis: Redis, ledger: Ledger, queue: JobQueue) -> list[str]:
+    """The jobs in the order in which one worker after another takes them up."""
+    order = []
+    while (job_id := next_message(redis, queue)) is not None:
+        queue.release()
+        ledger.begin(job_id)
+        order.append(job_id)
+    return order
+
+
+def test_jobs_of_one_key_run_in_the_order_in_which_they_were_sent(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    ids = sent(ledger, queue, MANY, "ann")
+
+    assert run_all(redis, ledger, queue) == ids
+
+
+def test_jobs_of_two_keys_alternate_however_many_the_first_has_sent(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    first = sent(ledger, queue, MANY, "ann")
+    second = sent(ledger, queue, WINDOW, "bob")
+
+    order = run_all(redis, ledger, queue)
+
+    is_second = [job_id in second for job_id in order[WINDOW : 3 * WINDOW]]
+    assert order[:WINDOW] == first[:WINDOW]  # released before there was another
+    assert is_second == [is_second[0], not is_second[0]] * WINDOW
+    assert [job_id for job_id in order if job_id in second] == second
+    assert sorted(order) == sorted(first + second)
+
+
+def test_a_project_has_one_turn_however_many_keys_it_has(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    sent(ledger, queue, WINDOW, "zoe", project="before")
+    for owner in ("ann", "bob", "cat"):
+        sent(ledger, queue, WINDOW, owner, project="lamps")
+    chairs = sent(ledger, queue, WINDOW, "dan", project="chairs")
+
+    order = run_all(redis, ledger, queue)
+
+    assert sum(job_id in chairs for job_id in order[WINDOW : 3 * WINDOW]) == WINDOW
+
+
+def test_rqs_queue_holds_a_few_jobs_and_every_job_is_known_to_wait(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    ids = sent(ledger, queue, MANY, "ann")
+
+    assert redis.llen(queue.rq.key) == WINDOW
+    assert queue.waiting() == set(ids)
+
+
+def test_a_message_is_one_as_rq_makes_them(redis: Redis, ledger: Ledger, queue: JobQueue) -> None:
+    [job_id] = sent(ledger, queue, 1, "ann")
+
+    [message] = redis.lrange(queue.rq.key, 0, -1)
+    found = Job.fetch(str(message), queue.rq.connection, serializer=JSONSerializer)
+
+    assert (found.func_name, found.args) == (TASK, [job_id])
+    assert (found.get_status(), found.timeout, found.result_ttl) == ("queued", -1, 0)
+    assert found.description == f"job {job_id}"
+    assert queue.rq.job_ids == [found.id]
+
+
+def test_a_canceled_job_leaves_its_line(redis: Redis, ledger: Ledger, queue: JobQueue) -> None:
+    ids = sent(ledger, queue, MANY, "ann")
+
+    for job_id in ids[WINDOW:-1]:
+        ledger.cancel(job_id)
+
+    assert queue.waiting() == {*ids[:WINDOW], ids[-1]}
+    assert run_all(redis, ledger, queue) == [*ids[:WINDOW], ids[-1]]
+
+
+def test_a_job_that_was_begun_before_goes_before_those_that_were_not(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    ids = sent(ledger, queue, MANY, "ann")
+    taken = next_message(redis, queue)
+    assert taken == ids[0]
+    ledger.hand_back(taken, ledger.begin(taken))
+
+    queue.enqueue(taken)
+
+    assert run_all(redis, ledger, queue) == [*ids[1:WINDOW], taken, *ids[WINDOW:]]
+
+
+def test_a_job_in_no_line_is_put_into_one_again_by_the_second_look(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    record = make_job()
+    ledger.create(record)  # whoever should have lined it up has died
+    reconciler = Reconciler(ledger, queue, Heartbeats(redis, 10.0), 3)
+
+    reconciler.reconcile()
+    assert queue.waiting() == set()
+    reconciler.reconcile()
+
+    assert run_all(redis, ledger, queue) == [record.id]
+
+
+def test_a_release_that_was_missed_is_made_up_for_by_a_look(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    ids = sent(ledger, queue, MANY, "ann")
+    for _ in range(WINDOW):  # workers that died before they released another
+        ledger.begin(str(next_message(redis, queue)))
+    reconciler = Reconciler(ledger, queue, Heartbeats(redis, 10.0), 3)
+
+    reconciler.reconcile()
+
+    assert run_all(redis, ledger, queue) == ids[WINDOW:]
+
+
+def test_an_incomplete_job_waits_in_no_line_of_workers(ledger: Ledger, queue: JobQueue) -> None:
+    remote = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
+    record = make_job().model_copy(update={"source": remote})
+    ledger.create(record)
+
+    queue.enqueue(record.id)
+
+    assert queue.waiting() == set()
+
+
+class TestRoom:
+    """How many jobs may be queued, and whose."""
+
+    CAPACITY = 12
+
+    def fill(self, ledger: Ledger, **fields: object) -> int:
+        """Send jobs until no more are let in; how many were."""
+        for count in range(100):
+            record: JobRecord = make_job().model_copy(update=fields)
+            try:
+                ledger.create(record, capacity=self.CAPACITY)
+            except QueueFullError:
+                return count
+        raise AssertionError("there is no end")
+
+    def test_one_sender_fills_the_queue(self, ledger: Ledger) -> None:
+        assert self.fill(ledger, owner="ann") == self.CAPACITY
+        assert not ledger.has_room(self.CAPACITY, "default", "ann")
+
+    def test_another_project_has_its_share_all_the_same(self, ledger: Ledger) -> None:
+        self.fill(ledger, owner="ann", project="lamps")
+
+        assert self.fill(ledger, owner="bob", project="chairs") == self.CAPACITY / 2
+        assert self.fill(ledger, owner="cat", project="tables") == self.CAPACITY / 3
+        assert self.fill(ledger, owner="ann", project="lamps") == 0
+
+    def test_another_key_of_the_project_has_its_share_of_that(self, ledger: Ledger) -> None:
+        self.fill(ledger, owner="ann")
+
+        assert self.fill(ledger, owner="bob") == self.CAPACITY / 2
+        assert self.fill(ledger, owner="ann") == 0
+
+    def test_jobs_whose_files_are_somewhere_else_leave_room_for_others(
+        self, ledger: Ledger
+    ) -> None:
+        remote = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
+        self.fill(ledger, owner="ann", source=remote)
+
+        assert ledger.has_room(self.CAPACITY, "default", "bob")
+
+    def test_room_that_is_left_comes_back(self, ledger: Ledger) -> None:
+        record = make_job().model_copy(update={"id": new_job_id(), "owner": "ann"})
+        ledger.create(record)
+        self.fill(ledger, owner="ann")
+
+        ledger.begin(record.id)
+
+        assert self.fill(ledger, owner="ann") == 1
+
+    def test_several_jobs_need_room_for_all_of_them(self, ledger: Ledger) -> None:
+        ledger.create(make_job())
+
+        assert ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY - 1)
+        assert not ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY)
