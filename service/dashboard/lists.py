@@ -13,7 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from redis.exceptions import RedisError
 
 from service.api.schemas import ListedJob
-from worker.jobs.index import JobFilter, JobIndex
+from worker.jobs.index import JobFilter, JobIndex, Order
 
 SHOWN = 50  # jobs, the newest
 INTERVAL = 1.0  # seconds between looks
@@ -59,11 +59,13 @@ class Snapshot:
 
     Attributes:
         rows: by the ids of their jobs, newest first.
-        more: cursor of the jobs after these; None if there are none.
+        more: place of the jobs after these; None if there are none.
+        counts: of the jobs of these labels, by state and verdict, whatever else is filtered.
     """
 
     rows: Mapping[str, Row]
     more: str | None
+    counts: Mapping[str, int]
 
     def changed_since(self, seen: Snapshot | None) -> list[Row]:
         """The rows that an earlier snapshot has not, or has otherwise."""
@@ -74,6 +76,7 @@ class Snapshot:
 @dataclass(eq=False)
 class _List:
     wanted: JobFilter
+    order: Order
     followers: int = 0
     looked_at: float | None = None
     snapshot: Snapshot | None = None
@@ -102,11 +105,13 @@ class LiveLists:
         self._index = index
         self._result_ttl = result_ttl
         self._interval = interval
-        self._lists: dict[JobFilter, _List] = {}
+        self._lists: dict[tuple[JobFilter, Order], _List] = {}
         self._arrived = asyncio.Event()
         self._poller: asyncio.Task[None] | None = None
 
-    async def follow(self, wanted: JobFilter, *, silence: float) -> AsyncGenerator[Snapshot | None]:
+    async def follow(
+        self, wanted: JobFilter, *, silence: float, order: Order = "newest"
+    ) -> AsyncGenerator[Snapshot | None]:
         """A list as it is, and again at each change; None after some seconds without one.
 
         Whoever takes long between two of them is given the newest, not all.
@@ -114,7 +119,8 @@ class LiveLists:
         Raises:
             UnavailableError: the broker is unreachable.
         """
-        followed = self._lists.setdefault(wanted, _List(wanted))
+        key = wanted, order
+        followed = self._lists.setdefault(key, _List(wanted, order))
         followed.followers += 1
         self._arrived.set()
         if self._poller is None or self._poller.done():
@@ -135,8 +141,8 @@ class LiveLists:
                     yield None
         finally:
             followed.followers -= 1
-            if followed.followers == 0 and self._lists.get(wanted) is followed:
-                del self._lists[wanted]
+            if followed.followers == 0 and self._lists.get(key) is followed:
+                del self._lists[key]
 
     async def _poll(self) -> None:
         """Look at lists as long as somebody follows one."""
@@ -170,26 +176,30 @@ class LiveLists:
             return
         followed.looked_at = now
         try:
-            snapshot = await run_in_threadpool(self._read, followed.wanted, followed.snapshot)
+            snapshot = await run_in_threadpool(self._read, followed)
         except RedisError:
             followed.failed = True
-            if self._lists.get(followed.wanted) is followed:  # who comes now, tries anew
-                del self._lists[followed.wanted]
+            key = followed.wanted, followed.order
+            if self._lists.get(key) is followed:  # who comes now, tries anew
+                del self._lists[key]
             followed.tell()
             return
         if snapshot is not followed.snapshot:
             followed.snapshot = snapshot
             followed.tell()
 
-    def _read(self, wanted: JobFilter, last: Snapshot | None) -> Snapshot:
+    def _read(self, followed: _List) -> Snapshot:
         """The list as it is: the last snapshot itself if nothing has changed."""
-        page = self._index.page(SHOWN, wanted=wanted)
+        wanted, last = followed.wanted, followed.snapshot
+        listing = self._index.page if followed.order == "newest" else self._index.failures_first
+        page = listing(SHOWN, wanted=wanted)
         before = {} if last is None else last.rows
         rows: dict[str, Row] = {}
         for record in page.jobs:
             job, known = ListedJob.of(record, self._result_ttl), before.get(record.id)
             rows[record.id] = known if known is not None and known.job == job else Row(job)
-        now = Snapshot(rows, page.cursor)
-        if last is not None and list(before) == list(rows) and not now.changed_since(last):
-            return last
+        counts = self._index.tally(wanted.labels, wanted.project)
+        now = Snapshot(rows, page.cursor, counts)
+        if last is not None and list(before) == list(rows) and last.counts == counts:
+            return now if now.changed_since(last) else last
         return now

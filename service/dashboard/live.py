@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Mapping
 from typing import Annotated, Any
 
 from fastapi import Depends, Query, Request, Response
@@ -12,13 +12,13 @@ from pydantic import BaseModel
 
 from service.api.context import ContextDependency
 from service.api.routes.events import EventsDependency, PlaceDependency
-from service.api.routes.jobs import NameQuery
+from service.api.routes.jobs import NameQuery, OrderQuery, cursor_after
 from service.api.routing import HeadRouter
 from service.api.schemas import LABEL_LENGTH
 from service.api.sender import SenderDependency
 from service.api.streams import events_response
 from service.dashboard.lists import LiveLists, Snapshot, UnavailableError
-from worker.jobs.index import JobFilter
+from worker.jobs.index import JobFilter, Order
 from worker.jobs.records import JobState, Verdict
 
 router = HeadRouter(include_in_schema=False)
@@ -33,6 +33,7 @@ class _Change(BaseModel):
     order: list[str]
     changed: list[dict[str, Any]]
     more: str | None
+    counts: Mapping[str, int]
 
 
 async def _live_lists(request: Request, context: ContextDependency) -> LiveLists:
@@ -53,24 +54,30 @@ async def follow_jobs(
     verdict: Verdict | None = None,
     label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
     name: NameQuery = "",
+    order: OrderQuery = "newest",
 ) -> Response:
-    """The newest jobs that are wanted: all of them first, then those that have changed."""
+    """The first of the jobs that are wanted: all of them first, then those that have changed."""
     labels = frozenset({label}) if label else frozenset()
     wanted = JobFilter(state=state, verdict=verdict, labels=labels, name=name, project=sender.view)
-    return events_response(request, events.streams.until_closed(_changes(lists, wanted)))
+    return events_response(request, events.streams.until_closed(_changes(lists, wanted, order)))
 
 
-async def _changes(lists: LiveLists, wanted: JobFilter) -> AsyncGenerator[bytes]:
+async def _changes(lists: LiveLists, wanted: JobFilter, order: Order) -> AsyncGenerator[bytes]:
     end = time.monotonic() + _LONGEST
     seen: Snapshot | None = None
-    snapshots = lists.follow(wanted, silence=_KEEPALIVE)
+    snapshots = lists.follow(wanted, silence=_KEEPALIVE, order=order)
     try:
         async for snapshot in snapshots:
             if snapshot is None:
                 yield KEEPALIVE_COMMENT
             else:
                 rows = [row.shown for row in snapshot.changed_since(seen)]
-                change = _Change(order=list(snapshot.rows), changed=rows, more=snapshot.more)
+                change = _Change(
+                    order=list(snapshot.rows),
+                    changed=rows,
+                    more=snapshot.more and cursor_after(snapshot.more),
+                    counts=snapshot.counts,
+                )
                 yield format_sse_event(event="jobs", data_str=change.model_dump_json())
                 seen = snapshot
             if time.monotonic() > end:

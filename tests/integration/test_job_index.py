@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import cast
+
+import pytest
+
 from tests.integration.jobs import make_job
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.index import JobFilter
@@ -54,6 +58,67 @@ def test_a_job_is_found_by_what_its_gates_say(ledger: Ledger) -> None:
 
     assert failed.id in found
     assert not {passed.id, ungated.id} & set(found)
+
+
+def test_failures_come_first_however_long_the_pages_are(ledger: Ledger) -> None:
+    label = new_job_id()
+    failed, passed, ungated, waiting, untested, fault, again = (make_job(label) for _ in range(7))
+    for job, verdict in (
+        (failed, "fail"), (passed, "pass"), (ungated, None), (untested, "not_tested"),
+        (again, "fail"),
+    ):  # fmt: skip
+        finish(ledger, job, cast("Verdict | None", verdict))
+    ledger.create(waiting)
+    ledger.create(fault)
+    ledger.fail(fault.id, ledger.begin(fault.id), JobError(kind="input", message="no mesh"))
+
+    parts = ([failed, again], [fault], [untested], [waiting, ungated, passed])
+    expected = [job_id for part in parts for job_id in sorted((j.id for j in part), reverse=True)]
+    for size in range(1, 9):
+        walked: list[str] = []
+        cursor = None
+        while True:
+            page = ledger.index.failures_first(
+                size, cursor=cursor, wanted=JobFilter(labels=frozenset({label}))
+            )
+            assert len(page.jobs) <= size
+            walked += [job.id for job in page.jobs]
+            cursor = page.cursor
+            if cursor is None:
+                break
+        assert walked == expected
+
+
+@pytest.mark.parametrize(
+    ("wanted", "parts"),
+    [
+        (JobFilter(), [0, 1, 2, 3]),
+        (JobFilter(verdict="pass"), [3]),
+        (JobFilter(verdict="fail"), [0]),
+        (JobFilter(state="failed"), [1]),
+        (JobFilter(state="running"), [3]),
+        (JobFilter(state="succeeded"), [0, 2, 3]),
+    ],
+)
+def test_a_part_no_job_can_be_in_is_not_looked_for(wanted: JobFilter, parts: list[int]) -> None:
+    assert [part for part, _ in wanted.troubles_first()] == parts
+
+
+def test_jobs_are_tallied_by_state_and_verdict(ledger: Ledger) -> None:
+    label, other = new_job_id(), new_job_id()
+    both = make_job(label).model_copy(update={"labels": (label, other)})
+    finish(ledger, make_job(label), "fail")
+    finish(ledger, both, "pass")
+    ledger.create(make_job(label))
+
+    counted = ledger.index.tally(frozenset({label}))
+
+    assert {name for name, count in counted.items() if count} == {
+        "all", "queued", "succeeded", "fail", "pass",
+    }  # fmt: skip
+    assert (counted["all"], counted["succeeded"]) == (3, 2)
+    assert ledger.index.tally(frozenset({label, other}))["all"] == 1
+    assert ledger.index.tally()["all"] >= 3
 
 
 def test_a_job_moves_from_one_state_to_the_other(ledger: Ledger, queued_job: JobRecord) -> None:

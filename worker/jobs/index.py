@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, get_args
 
 from worker.jobs.ledger_keys import (
     FETCHES,
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _FETCHED_AT_ONCE = 100
 _SCANNED_PER_PAGE = 1000  # bounds the work of a filter that matches little
+
+Order = Literal["newest", "failures"]
+"""In which order jobs are listed: by age alone, or those that failed before the others."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class JobFilter:
     Attributes:
         project: whose jobs; None for those of all projects.
         name: part of the name of a file that was sent, or of a label, in any case.
+        untroubled: those alone that neither failed nor have a verdict ``fail`` or ``not_tested``.
     """
 
     state: JobState | None = None
@@ -51,6 +55,7 @@ class JobFilter:
     labels: frozenset[str] = frozenset()
     name: str = ""
     project: str | None = None
+    untroubled: bool = False
 
     def index(self) -> str:
         """The smallest index certain to hold all of them."""
@@ -69,13 +74,33 @@ class JobFilter:
             and self.state in (None, record.state)
             and self.verdict in (None, record.verdict)
             and self.labels.issubset(record.labels)
+            and not (self.untroubled and _is_troubled(record))
             and self._is_named(record)
         )
+
+    def troubles_first(self) -> Iterator[tuple[int, JobFilter]]:
+        """This filter in parts by rank: failed gates, failures, what was not tested, the rest.
+
+        A part that no job can be in is left out.
+        """
+        decided = self.state in (None, "succeeded")
+        if decided and self.verdict in (None, "fail"):
+            yield 0, replace(self, verdict="fail")
+        if self.state in (None, "failed") and self.verdict is None:
+            yield 1, replace(self, state="failed")
+        if decided and self.verdict in (None, "not_tested"):
+            yield 2, replace(self, verdict="not_tested")
+        if self.state != "failed" and self.verdict in (None, "pass"):
+            yield 3, replace(self, untroubled=True)
 
     def _is_named(self, record: JobRecord) -> bool:
         part = self.name.casefold()
         names = [*record.labels, *(file.name for file in record.files)]
         return not part or any(part in name.casefold() for name in names)
+
+
+def _is_troubled(record: JobRecord) -> bool:
+    return record.state == "failed" or record.verdict in ("fail", "not_tested")
 
 
 EVERYTHING = JobFilter()
@@ -112,6 +137,58 @@ class JobIndex:
                 more = self._ids_after(index, record.id, 1)
                 return JobPage(tuple(found), record.id if more else None)
         return JobPage(tuple(found), None)
+
+    def failures_first(
+        self, limit: int, *, cursor: str | None = None, wanted: JobFilter = EVERYTHING
+    ) -> JobPage:
+        """As :meth:`page`, part by part of :meth:`JobFilter.troubles_first`, each newest first.
+
+        A job that ends while the list is walked may be seen twice or not at all.
+
+        Args:
+            limit: positive.
+            cursor: of the page before: the rank of a part and the id of the last job seen in it.
+            wanted: which jobs to list.
+        """
+        rank, after = (0, None) if cursor is None else _place(cursor)
+        found: list[JobRecord] = []
+        seen = cursor
+        for part, narrowed in wanted.troubles_first():
+            if part < rank:
+                continue
+            # One more than fits tells whether there are more, in this part or in another.
+            page = self.page(
+                limit + 1 - len(found), cursor=after if part == rank else None, wanted=narrowed
+            )
+            for record in page.jobs:
+                if len(found) == limit:
+                    return JobPage(tuple(found), seen)
+                found.append(record)
+                seen = f"{part}:{record.id}"
+            if page.cursor is not None:
+                return JobPage(tuple(found), f"{part}:{page.cursor}")
+        return JobPage(tuple(found), None)
+
+    def tally(
+        self, labels: frozenset[str] = frozenset(), project: str | None = None
+    ) -> dict[str, int]:
+        """How many jobs have all of the labels: ``all``, and by state and verdict.
+
+        Args:
+            labels: that a job must have.
+            project: whose jobs; None for those of all projects.
+        """
+        named = [("state", each) for each in get_args(JobState)]
+        named += [("verdict", each) for each in get_args(Verdict)]
+        shared = [index_of("label", label, project) for label in sorted(labels)]
+        pipeline = self._client.pipeline(transaction=False)
+        for index in [all_jobs(project), *(index_of(*each, project) for each in named)]:
+            if shared:
+                pipeline.zintercard(1 + len(shared), [index, *shared])
+            else:
+                pipeline.zcard(index)
+        values = ["all", *(value for _, value in named)]
+        return dict(zip(values, map(int, pipeline.execute()), strict=True))
 
     def projects(self) -> list[str]:
         """The projects there are or were jobs of."""
@@ -176,3 +253,8 @@ class JobIndex:
         start = "+" if cursor is None else f"({cursor}"
         ids = self._client.zrevrangebylex(index, start, "-", start=0, num=count)
         return [str(job_id) for job_id in ids]
+
+
+def _place(cursor: str) -> tuple[int, str]:
+    rank, _, job_id = cursor.partition(":")
+    return int(rank), job_id

@@ -17,7 +17,7 @@ from service.api.sender import SenderDependency
 from service.api.submission.parts import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
 from worker.jobs.identifiers import is_job_id
-from worker.jobs.index import JobFilter
+from worker.jobs.index import JobFilter, Order
 from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
 from worker.jobs.records import JobRecord, JobState, Verdict
 
@@ -52,6 +52,13 @@ ProjectQuery = Annotated[
     str | Absent,
     Query(max_length=63, description="whose jobs; a key without the scope admin has one project's"),
 ]
+OrderQuery = Annotated[
+    Order,
+    Query(
+        description="`failures`: jobs whose gates failed, jobs that failed and jobs that were not "
+        "tested come before the others"
+    ),
+]
 CursorQuery = Annotated[str | Absent, Query(description="`next` of the page before")]
 
 
@@ -84,12 +91,14 @@ def list_jobs(
     verdict: Annotated[Verdict | Absent, Query(description="what the gates say")] = None,
     name: NameQuery = "",
     project: ProjectQuery = None,
+    order: OrderQuery = "newest",
     cursor: CursorQuery = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> JobList:
     """A page of the jobs that state, labels, verdict and name select.
 
-    They are listed by the time they were sent, so that none moves while pages are turned.
+    They are listed by the time they were sent, so that none moves while pages are turned. In the
+    order `failures` a job moves when it ends.
     """
     if project is not None and sender.view not in (None, project):
         return JobList(jobs=[], next=None)
@@ -100,7 +109,9 @@ def list_jobs(
         name=name,
         project=sender.view or project,
     )
-    page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
+    index = context.ledger.index
+    listing = index.page if order == "newest" else index.failures_first
+    page = listing(limit, cursor=_position(cursor, order), wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
     return JobList(
         jobs=[ListedJob.of(record, context.settings.result_ttl) for record in page.jobs],
@@ -182,15 +193,17 @@ def delete_job(record: FoundJob, context: ContextDependency, later: BackgroundTa
     later.add_task(context.blobs.remove, unneeded)
 
 
-def _position(cursor: str | None) -> str | None:
-    """The job after which a page begins.
+def _position(cursor: str | None, order: Order = "newest") -> str | None:
+    """The place after which a page begins.
 
     Raises:
-        ProblemError: the cursor is not one of this service.
+        ProblemError: the cursor is not one of this service, or of another order.
     """
-    after = None if cursor is None else job_before(cursor)
-    if cursor is not None and after is None:
-        raise ProblemError(problem("input", "query parameter 'cursor' is not one of this service"))
+    after = None if cursor is None else place_before(cursor)
+    if cursor is not None and (after is None or (":" in after) != (order == "failures")):
+        raise ProblemError(
+            problem("input", "query parameter 'cursor' is not one of this service in this order")
+        )
     return after
 
 
@@ -198,15 +211,20 @@ def _unknown() -> ProblemError:
     return ProblemError(problem("not-found", "there is no such job"))
 
 
-def cursor_after(job_id: str) -> str:
-    """The cursor of the jobs listed after a job."""
-    return base64.urlsafe_b64encode(uuid.UUID(job_id).bytes).rstrip(b"=").decode()
+def cursor_after(place: str) -> str:
+    """The cursor of the jobs listed after a place, as :class:`JobPage` tells it."""
+    rank, _, job_id = place.rpartition(":")
+    data = (bytes([int(rank)]) if rank else b"") + uuid.UUID(job_id).bytes
+    return base64.urlsafe_b64encode(data).rstrip(b"=").decode()
 
 
-def job_before(cursor: str) -> str | None:
-    """The job a cursor was made of; None if it is no cursor of this service."""
+def place_before(cursor: str) -> str | None:
+    """The place a cursor was made of; None if it is no cursor of this service."""
     try:
-        job_id = str(uuid.UUID(bytes=base64.urlsafe_b64decode(f"{cursor}==")))
+        data = base64.urlsafe_b64decode(f"{cursor}==")
+        job_id = str(uuid.UUID(bytes=data[-16:]))
     except (binascii.Error, ValueError):
         return None
-    return job_id if is_job_id(job_id) and cursor_after(job_id) == cursor else None
+    rank = data[:-16]
+    place = f"{rank[0]}:{job_id}" if rank else job_id
+    return place if is_job_id(job_id) and cursor_after(place) == cursor else None

@@ -19,7 +19,7 @@ def test_a_head_is_answered_as_a_get_without_its_content(http: TestClient, path:
 @pytest.mark.parametrize(
     ("path", "there_are"),
     [
-        ("/v1/jobs", "there are cursor, label, limit, name, project, state, verdict"),
+        ("/v1/jobs", "there are cursor, label, limit, name, order, project, state, verdict"),
         (JOB, "there is none here"),
         (f"{JOB}/mesh", "there is none here"),
         (f"{JOB}/events", "there is none here"),
