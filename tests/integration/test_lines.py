@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -11,18 +12,26 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.connections import connect_async, connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger, QueueFullError
+from worker.jobs.ledger_keys import FETCHES
 from worker.jobs.lines import WINDOW
 from worker.jobs.queue import TASK, JobQueue, job_of
 from worker.jobs.records import JobRecord, RemoteFile
 from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
+from worker.transfers.fetching import Fetching
+from worker.transfers.settings import TransferSettings
+from worker.transfers.sources import Sources
 from worker.upkeep.reconciler import Reconciler
 
 MANY = 3 * WINDOW
+
+Takes = Callable[..., list[list[str]]]
 
 
 @pytest.fixture
@@ -191,6 +200,72 @@ def test_an_incomplete_job_waits_in_no_line_of_workers(ledger: Ledger, queue: Jo
     queue.enqueue(record.id)
 
     assert queue.waiting() == set()
+
+
+class TestFetching:
+    """Whose files are fetched next."""
+
+    REMOTE = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
+
+    @pytest.fixture
+    def rounds(self, redis: Redis, ledger: Ledger, queue: JobQueue, url: str) -> Takes:
+        """What a process takes, so many at a time, and sees to none of it."""
+
+        async def takes(counts: Sequence[int]) -> list[list[str]]:
+            settings = TransferSettings(redis_url=url)
+            blobs = BlobStore.open(settings, BlobRegister(redis))
+            sources = Sources(settings, blobs, BlobRegister(redis))
+            async with connect_async(url) as client:
+                fetching = Fetching(client, settings, ledger=ledger, queue=queue, sources=sources)
+                found = [await fetching.take(count) for count in counts]
+                await sources.close()
+            return [[taken.due.name for taken in round_] for round_ in found]
+
+        return lambda *counts: asyncio.run(takes(counts))
+
+    def wait(self, ledger: Ledger, count: int, project: str) -> list[str]:
+        records = [
+            make_job().model_copy(update={"source": self.REMOTE, "project": project})
+            for _ in range(count)
+        ]
+        return [ledger.create(record) for record in records]
+
+    def test_projects_alternate(self, ledger: Ledger, rounds: Takes) -> None:
+        lamps, chairs = self.wait(ledger, 9, "lamps"), self.wait(ledger, 3, "chairs")
+
+        [taken] = rounds(6)
+
+        assert taken == [job_id for pair in zip(lamps[:3], chairs, strict=True) for job_id in pair]
+
+    def test_no_project_takes_all_places_even_when_it_is_alone(
+        self, ledger: Ledger, rounds: Takes
+    ) -> None:
+        lamps = self.wait(ledger, 20, "lamps")
+
+        assert rounds(12, 3) == [lamps[:9], []]
+
+    def test_what_is_due_again_waits_for_its_project_too(
+        self, ledger: Ledger, redis: Redis, rounds: Takes
+    ) -> None:
+        lamps = self.wait(ledger, 12, "lamps")
+        redis.zadd(FETCHES, dict.fromkeys(lamps, 0.0))
+        chairs = self.wait(ledger, 1, "chairs")
+
+        [taken] = rounds(12)
+
+        assert set(chairs) < set(taken)
+        assert len(taken) == 10
+
+    def test_one_that_is_taken_is_given_to_nobody_else(self, ledger: Ledger, rounds: Takes) -> None:
+        lamps = self.wait(ledger, 4, "lamps")
+
+        assert [*rounds(3), *rounds(3)] == [lamps[:3], lamps[3:]]
+
+    def test_a_canceled_one_is_not_fetched(self, ledger: Ledger, rounds: Takes) -> None:
+        lamps = self.wait(ledger, 3, "lamps")
+        ledger.cancel(lamps[1])
+
+        assert rounds(3) == [[lamps[0], lamps[2]]]
 
 
 class TestRoom:

@@ -21,7 +21,8 @@
     meshcone:lines:turn         string: the last place or turn that was given
     meshcone:webhooks           stream: webhooks to be sent; see worker.jobs.outbox
     meshcone:fetches            sorted set: queued jobs some of whose files are still to be fetched,
-                                by the time at which that is to be tried; see worker.transfers
+                                by the time at which that is to be tried: never, as long as it has
+                                not been its turn; see worker.jobs.lines and worker.transfers
     meshcone:fetches:tries      hash: how often it was tried, by the job's id
     meshcone:outputs            sorted set: results to be put somewhere, as ID/artifact, by the
                                 time at which that is to be tried; see worker.transfers

@@ -195,7 +195,8 @@ if key then
 end
 move('', 'queued')
 if step.incomplete then
-  redis.call('ZADD', '{keys.FETCHES}', string.format('%.6f', now()), step.id)
+  redis.call('ZADD', '{keys.FETCHES}', '+inf', step.id)
+  wait_in('{keys.FETCH_LINES}', step.id)
 end
 announce('queued', 0)
 return {{{ACCEPTED}, 'queued', 0}}

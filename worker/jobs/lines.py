@@ -12,12 +12,15 @@ out of its line is put into it again by the reconciler.
 
 from __future__ import annotations
 
-from worker.jobs.ledger_keys import FETCHES, PROJECTS, QUEUE_LINES, TURN
+from worker.jobs.ledger_keys import FETCH_LINES, FETCH_TRIES, FETCHES, PROJECTS, QUEUE_LINES, TURN
 from worker.jobs.project_scripts import PROJECT
 
 WINDOW = 8
 """Jobs released ahead of the workers: each worker that takes one up has the next released. More
 would let a key that is alone for a moment stand before those who come then."""
+
+FETCHES_LOOKED_AT = 200
+"""Due jobs among which those are looked for whose project may have one more fetched."""
 
 LINES = f"""
 local function places_in(lines, id)
@@ -166,3 +169,60 @@ for _, project in ipairs(redis.call('ZRANGE', '{QUEUE_LINES}', 0, -1)) do
 end
 return found
 """
+
+TAKE_FETCHES = (
+    PROJECT
+    + LINES
+    + f"""
+-- ARGV: how many; seconds they are taken for; how many jobs of a project the caller may have in
+-- hand, and how many it has, by project. Answers incomplete jobs, each with how often it has been
+-- taken and its project: in turn those whose first try it is, and those that are due again.
+local time = redis.call('TIME')
+local now = tonumber(time[1]) + tonumber(time[2]) / 1e6
+local most, in_hand = tonumber(ARGV[3]), cjson.decode(ARGV[4])
+local taken, full = {{}}, {{}}
+
+local function count(project, more)
+  in_hand[project] = (in_hand[project] or 0) + more
+  full[project] = in_hand[project] >= most
+end
+for project in pairs(in_hand) do count(project, 0) end
+
+local function take(id, project)
+  count(project, 1)
+  redis.call('ZADD', '{FETCHES}', string.format('%.6f', now + tonumber(ARGV[2])), id)
+  taken[#taken + 1] = {{id, redis.call('HINCRBY', '{FETCH_TRIES}', id, 1), project}}
+  return true
+end
+
+local function take_first()
+  local id
+  repeat id = next_in('{FETCH_LINES}', full)
+  until not id or redis.call('ZSCORE', '{FETCHES}', id)
+  return id and take(id, project_of('meshcone:job:' .. id))
+end
+
+local due = redis.call('ZRANGEBYSCORE', '{FETCHES}', '-inf', string.format('%.6f', now),
+                       'LIMIT', 0, {FETCHES_LOOKED_AT})
+local seen = 0
+local function take_again()
+  while seen < #due do
+    seen = seen + 1
+    local project = project_of('meshcone:job:' .. due[seen])
+    if not full[project] then return take(due[seen], project) end
+  end
+end
+
+local takers = {{take_first, take_again}}
+local count_left, idle = tonumber(ARGV[1]), 0
+while count_left > 0 and idle < 2 do
+  takers[1], takers[2] = takers[2], takers[1]
+  if takers[1]() then
+    count_left, idle = count_left - 1, 0
+  else
+    idle = idle + 1
+  end
+end
+return taken
+"""
+)

@@ -6,13 +6,15 @@ name that points elsewhere a moment later (DNS rebinding) gains nothing.
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
 import socket
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-import anyio
 from httpcore2 import AnyIOBackend, AsyncNetworkBackend, ConnectError
 
 from meshcone.errors import InputError
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 URL_LENGTH = 2048  # characters
+LOOK_UP_SECONDS = 10.0
+_LOOK_UPS = 16  # at one time
 
 # What follows is written out, because what Python calls global differs between its versions.
 # It is all of IANA's special-purpose address registries, what they call reachable included:
@@ -113,10 +117,18 @@ def require_url(url: str, what: str, *, private_addresses: bool) -> str:
 
 
 class PublicBackend(AsyncNetworkBackend):
-    """Connects to public addresses only, or to any if so allowed."""
+    """Connects to public addresses only, or to any if so allowed.
 
-    def __init__(self, *, private_addresses: bool) -> None:
+    Names are looked up in threads of their own: those of a name server that does not answer, which
+    nothing can end, are not missed by the file store or the broker.
+    """
+
+    def __init__(
+        self, *, private_addresses: bool, look_up_seconds: float = LOOK_UP_SECONDS
+    ) -> None:
         self._private_addresses = private_addresses
+        self._look_up_seconds = look_up_seconds
+        self._resolver = ThreadPoolExecutor(_LOOK_UPS, thread_name_prefix="resolver")
         self._backend = AnyIOBackend()
 
     async def connect_tcp(
@@ -133,20 +145,25 @@ class PublicBackend(AsyncNetworkBackend):
             RefusedAddressError: one of them is not public.
             ConnectError: there is none, or it does not answer.
         """
-        addresses = await _resolved(host, port)
+        addresses = await self._resolved(host, port)
         if not self._private_addresses and not all(map(is_public, addresses)):
             raise RefusedAddressError("the server's address is not a public one")
         return await self._backend.connect_tcp(
             str(addresses[0]), port, timeout, local_address, socket_options
         )
 
-
-async def _resolved(host: str, port: int) -> list[Address]:
-    try:
-        found = await anyio.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-    except (OSError, UnicodeError):
-        raise ConnectError("the server's name cannot be resolved") from None
-    return [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
+    async def _resolved(self, host: str, port: int) -> list[Address]:
+        look_up = partial(socket.getaddrinfo, host, port, type=socket.SOCK_STREAM)
+        try:
+            async with asyncio.timeout(self._look_up_seconds):
+                found = await asyncio.get_running_loop().run_in_executor(self._resolver, look_up)
+        except TimeoutError:
+            raise ConnectError(
+                f"the server's name was not resolved within {self._look_up_seconds:g} s"
+            ) from None
+        except (OSError, UnicodeError):
+            raise ConnectError("the server's name cannot be resolved") from None
+        return [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
 
 
 def _is_refused_literal(host: str) -> bool:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import json
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import structlog
@@ -13,8 +16,9 @@ from redis.exceptions import RedisError
 from meshcone.errors import InternalError, MeshConeError
 from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
+from worker.jobs.lines import TAKE_FETCHES
 from worker.jobs.records import JobError
-from worker.outbound.due import Due, DueList, pause_before, work_through
+from worker.outbound.due import TAKEN, Due, DueList, pause_before, work_through
 from worker.storage.errors import FULL_DISK, StoreError, StoreFullError
 from worker.transfers.errors import PassingError
 
@@ -27,10 +31,19 @@ if TYPE_CHECKING:
 
 logger = structlog.get_logger(__name__)
 
-_AT_ONCE = 8  # jobs; a slow server must not hold up the others
+_AT_ONCE = 12  # jobs; a slow server must not hold up the others
+_OF_A_PROJECT = 9  # of those, so that files of another are begun with, however slow its servers are
 _GROWTH = 3  # of the pause before each further try: 2 s, 6 s, 18 s, 54 s
 _ROOM_PAUSE = 10.0  # seconds until room on the disk is looked for again
-_LOOK_INTERVAL = 0.25  # seconds; a job that waits for nothing else waits for this
+_LOOK_INTERVAL = 0.1  # seconds; a job that waits for nothing else waits for this
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A job whose files are to be fetched now, and whose it is."""
+
+    due: Due
+    project: str
 
 
 class Fetching:
@@ -58,6 +71,8 @@ class Fetching:
         self._queue = queue
         self._sources = sources
         self._due = DueList(client, FETCHES, FETCH_TRIES)
+        self._take = client.register_script(TAKE_FETCHES)
+        self._in_hand: Counter[str] = Counter()  # jobs by project
         self._stopping = asyncio.Event()
 
     def stop(self) -> None:
@@ -69,15 +84,25 @@ class Fetching:
         await work_through(self, self._see_to, self._stopping, _AT_ONCE)
         await self._sources.close()
 
-    async def take(self, count: int) -> Sequence[Due]:
-        """Up to ``count`` jobs that are due."""
-        return await self._due.take(count)
+    async def take(self, count: int) -> Sequence[Taken]:
+        """Up to ``count`` jobs that are due, or whose turn it is; the caller sees to each."""
+        in_hand = json.dumps(+self._in_hand)
+        answer = await self._take(args=[count, TAKEN, _OF_A_PROJECT, in_hand])
+        taken = [Taken(Due(str(name), int(tries)), str(project)) for name, tries, project in answer]
+        self._in_hand.update(each.project for each in taken)
+        return taken
 
     async def wait(self, seconds: float) -> None:
         """Wait until there may be more to fetch, some seconds at most."""
         await asyncio.sleep(await self._due.seconds_until_next(min(seconds, _LOOK_INTERVAL)))
 
-    async def _see_to(self, due: Due) -> None:
+    async def _see_to(self, taken: Taken) -> None:
+        try:
+            await self._try(taken.due)
+        finally:
+            self._in_hand[taken.project] -= 1
+
+    async def _try(self, due: Due) -> None:
         """Try once to complete a job, and note what came of it; nothing ends the process."""
         log = logger.bind(job_id=due.name, tries=due.tries)
         try:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
+import socket
+import threading
 
 import pytest
+from httpcore2 import ConnectError
 
 from meshcone.errors import InputError
-from worker.outbound.addresses import is_public, require_url
+from worker.outbound.addresses import PublicBackend, is_public, require_url
 
 
 @pytest.mark.parametrize(
@@ -122,3 +126,28 @@ def test_a_closed_network_can_be_allowed() -> None:
     url = "http://10.0.0.1:8080/hook?job=1"
 
     assert require_url(url, "the webhook", private_addresses=True) == url
+
+
+def test_a_name_server_that_does_not_answer_holds_up_its_own_connection_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    answers = threading.Event()
+
+    def look_up(host: str, *_: object, **__: object) -> list[object]:
+        if host == "slow.example":
+            answers.wait(60)
+        return []
+
+    monkeypatch.setattr(socket, "getaddrinfo", look_up)
+
+    async def connect_to_the_slow_one() -> str:
+        backend = PublicBackend(private_addresses=False, look_up_seconds=0.05)
+        connections = [backend.connect_tcp("slow.example", 443) for _ in range(8)]
+        refused = await asyncio.gather(*connections, return_exceptions=True)
+        answers_meanwhile = await asyncio.to_thread(lambda: "the store's")
+        answers.set()
+        assert {type(error) for error in refused} == {ConnectError}
+        assert str(refused[0]) == "the server's name was not resolved within 0.05 s"
+        return answers_meanwhile
+
+    assert asyncio.run(connect_to_the_slow_one()) == "the store's"
