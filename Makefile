@@ -11,7 +11,7 @@ TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots site clean
+.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots site wheel wheels clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -57,6 +57,14 @@ site: $(SITE)
 $(SITE):
 	$(PYTHON) -m venv $(VENV)/site
 	$(VENV)/site/bin/python -m pip install --quiet --disable-pip-version-check zensical==0.0.73
+
+# What is published, in dist: built, installed into an empty environment and tried by the demo.
+wheel:
+	$(PYTHON) .ci/wheel $(PYTHON)
+
+# The same with every Python it is said to work with, as far as they are on this machine.
+wheels:
+	$(PYTHON) .ci/wheel python3.11 python3.12 python3.13 python3.14
 
 # Khronos' glTF validator, which some tests ask; without it, and outside CI, they are skipped.
 validator: $(VALIDATOR)

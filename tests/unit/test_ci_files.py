@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,26 @@ def test_the_development_container_runs_targets_that_there_are() -> None:
     assert program == "make"
     for target in targets:
         assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M)
+
+
+def test_ci_runs_what_contributors_are_told_it_runs() -> None:
+    script = (ROOT / ".ci/run").read_text()
+    targets = re.findall(r"^make (\w+)$", script, re.M)
+
+    assert f"`make {' '.join(targets)}` with `CI=true`" in (ROOT / "CONTRIBUTING.md").read_text()
+    for target in targets:
+        assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M)
+
+
+def test_the_wheel_is_tried_with_every_python_it_is_said_to_work_with() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    claimed = re.findall(r"Python :: (3\.\d+)", " ".join(project["classifiers"]))
+    [tried] = re.findall(
+        r"\.ci/wheel ((?:python3\.\d+ ?)+)$", (ROOT / "Makefile").read_text(), re.M
+    )
+
+    assert tried.split() == [f"python{version}" for version in claimed]
+    assert project["requires-python"] == f">={claimed[0]}"
 
 
 @pytest.fixture(scope="module")
