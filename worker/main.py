@@ -32,15 +32,17 @@ def main() -> None:
     upkeep = UpkeepProcess()
     upkeep.keep()
 
-    # 2.5 s of imports, and what has to be compiled: paid here once and not in every horse
+    # 2.5 s of imports: paid here once and not in every horse
     import worker.run.task
     from worker.broker.connections import connect_bytes, connect_text
     from worker.jobs.heartbeats import Heartbeats
     from worker.jobs.ledger import Ledger
     from worker.jobs.queue import JobQueue
     from worker.run.attempt import Attempts
+    from worker.run.warming import warm_up
     from worker.run.worker import MeshWorker
 
+    warm_up()
     client, connection = connect_text(url), connect_bytes(url)
     wait_for_broker(client, until=lambda: stop.made)
     attempts = Attempts(

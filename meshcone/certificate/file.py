@@ -9,7 +9,6 @@ it belongs to. Everything else is rebuilt from the files.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -17,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from meshcone.certificate.archive import LARGEST_ARCHIVE, ArchiveError, read_arrays
+from meshcone.certificate.archive import LARGEST_ARCHIVE, ArchiveError, read_arrays, write_arrays
 from meshcone.certificate.division import DivisionRecord
 from meshcone.errors import InputError
 from meshcone.options import Options
@@ -128,9 +127,7 @@ class CertificateFile:
     def to_bytes(self) -> bytes:
         """Write the archive; the same certificate gives the same bytes."""
         document = np.array(self.document.model_dump_json())
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, document=document, **self._arrays())
-        return buffer.getvalue()
+        return write_arrays({"document": document, **self._arrays()})
 
     def arrays_equal(self, other: CertificateFile) -> bool:
         """Tell whether two certificates hold the same numbers to the last bit."""

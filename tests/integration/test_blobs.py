@@ -7,7 +7,7 @@ import io
 import logging
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import IO
 
@@ -96,6 +96,41 @@ def test_files_that_are_stored_together_are_written_side_by_side(
     digests = blobs.put_all([content + b"1", content + b"2", content + b"1"], HOLDER)
 
     assert [blobs.get(digest)[-1:] for digest in digests] == [b"1", b"2", b"1"]
+
+
+class _NotesWhatIsSettled(Directory):
+    def __init__(self, root: Path) -> None:
+        super().__init__(root)
+        self.settled: list[set[str]] = []
+
+    def settle(self, names: Collection[str]) -> None:
+        super().settle(names)
+        self.settled.append(set(names))
+
+
+def test_files_that_are_stored_together_are_settled_together_and_once(
+    register: BlobRegister, content: bytes, tmp_path: Path
+) -> None:
+    place = _NotesWhatIsSettled(tmp_path)
+    blobs = BlobStore(place, register)
+
+    blobs.put_all([content, content + b"1"], HOLDER)
+    blobs.put_all([content, content + b"1"], HOLDER)
+
+    [names] = place.settled
+    assert len(names) == 2
+
+
+def test_a_file_that_another_process_has_written_is_settled_before_it_counts(
+    register: BlobRegister, content: bytes, tmp_path: Path
+) -> None:
+    digest = BlobStore(Directory(tmp_path), register).put(content, HOLDER)
+    place = _NotesWhatIsSettled(tmp_path)
+
+    assert not BlobStore(place, register).put_file(io.BytesIO(content), digest)
+
+    [[name]] = place.settled
+    assert digest in name
 
 
 def test_of_files_stored_together_one_that_cannot_be_is_said(

@@ -73,11 +73,15 @@ return #over
 """
 )
 
-NAME_OF = (
+NAMES_OF = (
     _NAME
     + """
--- ARGV[1]: a digest. Answers the blob's name, or '' if nobody needs it.
-return is_needed(ARGV[1]) and blob_name(ARGV[1]) or ''
+-- ARGV: digests. Answers the blobs' names, '' for one that nobody needs.
+local names = {}
+for index, digest in ipairs(ARGV) do
+  names[index] = is_needed(digest) and blob_name(digest) or ''
+end
+return names
 """
 )
 

@@ -9,25 +9,24 @@ from __future__ import annotations
 import hashlib
 import io
 import logging
-import threading
-from collections import OrderedDict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING, Self
 
 from worker.storage.errors import DamagedFileError, StoreError
 from worker.storage.places import Place, open_place
+from worker.storage.versions import RememberedVersions, Version
 
 if TYPE_CHECKING:
     from worker.settings import WorkerSettings
     from worker.storage.register import BlobRegister
-    from worker.storage.versions import Version
 
 logger = logging.getLogger(__name__)
 
 _CHUNK = 1024 * 1024  # bytes
 _WRITERS = 4  # at a time, of files that are stored together
-_REMEMBERED = 10_000  # versions of blobs known to be sound
+_REMEMBERED = 10_000  # versions of blobs known to be sound, or to survive a loss of power
 
 
 class BlobStore:
@@ -43,7 +42,8 @@ class BlobStore:
     def __init__(self, place: Place, register: BlobRegister) -> None:
         self._place = place
         self._register = register
-        self._sound = _Remembered(_REMEMBERED)
+        self._sound = RememberedVersions(_REMEMBERED)
+        self._settled = RememberedVersions(_REMEMBERED)
 
     @classmethod
     def open(cls, settings: WorkerSettings, register: BlobRegister) -> Self:
@@ -70,16 +70,16 @@ class BlobStore:
 
         Most of the time a disk or a bucket lets its writer wait, and it lets several wait together.
         """
-        if len(files) < 2:
-            for digest, file in files.items():
-                self.put_file(file, digest, anew=digest in anew)
+        asked = [
+            (digest, name, file, digest in anew)
+            for (digest, file), name in zip(files.items(), self._names(files), strict=True)
+        ]
+        if len(asked) < 2:
+            self._settle([self._write(*each) for each in asked])
             return
-        with ThreadPoolExecutor(min(_WRITERS, len(files))) as writers:
-            for written in [
-                writers.submit(self.put_file, file, digest, anew=digest in anew)
-                for digest, file in files.items()
-            ]:
-                written.result()
+        with ThreadPoolExecutor(min(_WRITERS, len(asked))) as writers:
+            writing = [writers.submit(self._write, *each) for each in asked]
+            self._settle([each.result() for each in writing])
 
     def put_file(self, file: IO[bytes], digest: str, *, anew: bool = False) -> bool:
         """Store an open file's whole content, without holding it in memory.
@@ -98,19 +98,9 @@ class BlobStore:
         Raises:
             FileNotFoundError: nobody needs it, so it would never be removed.
         """
-        while True:
-            name = self._name(digest)
-            try:
-                if not anew and self._is_sound(name, digest):
-                    self._place.settle(name)
-                    return False
-            except FileNotFoundError:
-                anew = True
-            if anew:
-                self._place.write(name, file)
-                self._sound.add(name, self._place.version(name))
-                return True
-            self._set_aside(digest, name)
+        kept = self._write(digest, self._name(digest), file, anew)
+        self._settle([kept])
+        return kept.is_new
 
     def get(self, digest: str) -> bytes:
         """The bytes of a digest.
@@ -148,10 +138,11 @@ class BlobStore:
             DamagedFileError: it is not what it should be.
         """
         name = self._name(digest)
-        if not self._is_sound(name, digest):
+        version = self._sound_version(name, digest)
+        if version is None:
             self._set_aside(digest, name)
             raise DamagedFileError(digest, lost=False)
-        return self._place.version(name).size
+        return version.size
 
     def exists(self, digest: str) -> bool:
         """Whether there is such a blob, and it is what it should be."""
@@ -201,11 +192,43 @@ class BlobStore:
         """Remove what writers that died have left, and return how many files that was."""
         return self._place.clear_unfinished()
 
+    def _write(self, digest: str, name: str, file: IO[bytes], anew: bool) -> _Kept:
+        """Write a file that is not there, or is damaged; it is still to be settled."""
+        while True:
+            if not anew:
+                try:
+                    version = self._sound_version(name, digest)
+                except FileNotFoundError:
+                    anew = True
+                else:
+                    if version is not None:
+                        return _Kept(name, version, is_new=False)
+                    self._set_aside(digest, name)
+                    name = self._name(digest)
+            if anew:
+                self._place.write(name, file)
+                version = self._place.version(name)
+                self._sound.add(name, version)
+                return _Kept(name, version, is_new=True)
+
+    def _settle(self, kept: Iterable[_Kept]) -> None:
+        unsettled = [each for each in kept if not self._settled.has(each.name, each.version)]
+        if unsettled:
+            self._place.settle([each.name for each in unsettled])
+        for each in unsettled:
+            self._settled.add(each.name, each.version)
+
     def _name(self, digest: str) -> str:
-        name = self._register.name_of(digest)
-        if name is None:
-            raise FileNotFoundError(digest)
-        return _path(name)
+        [name] = self._names([digest])
+        return name
+
+    def _names(self, digests: Iterable[str]) -> list[str]:
+        digests = list(digests)
+        names = self._register.names_of(digests)
+        for digest, name in zip(digests, names, strict=True):
+            if name is None:
+                raise FileNotFoundError(digest)
+        return [_path(name) for name in names if name is not None]
 
     def _stream(self, digest: str, name: str, part: range | None) -> Iterator[bytes]:
         try:
@@ -216,7 +239,7 @@ class BlobStore:
 
     def _require_sound(self, digest: str, name: str) -> None:
         try:
-            if self._is_sound(name, digest):
+            if self._sound_version(name, digest) is not None:
                 return
         except FileNotFoundError:
             self._raise_missing(digest, name)
@@ -228,38 +251,31 @@ class BlobStore:
         if self._name(digest) == name:  # else it has been let go of in this moment
             raise DamagedFileError(digest, lost=True)
 
-    def _is_sound(self, name: str, digest: str) -> bool:
+    def _sound_version(self, name: str, digest: str) -> Version | None:
+        """The version there is, if it is what it should be; None if it is not."""
         version = self._place.version(name)
-        if self._sound.has(name, version):
-            return True
-        if _digest_of(self._place.stream(name)) != digest:
-            return False
-        self._sound.add(name, version)
-        return True
+        if not self._sound.has(name, version):
+            if _digest_of(self._place.stream(name)) != digest:
+                return None
+            self._sound.add(name, version)
+        return version
 
     def _set_aside(self, digest: str, name: str) -> None:
         if self._register.set_aside(digest, name.rpartition("/")[2]):
             logger.error("the file %s is damaged; it is set aside", name)
 
 
-class _Remembered:
-    """Versions of blobs that were compared with their digests, the last ones only."""
+@dataclass(frozen=True)
+class _Kept:
+    """What is in the store under a name.
 
-    def __init__(self, capacity: int) -> None:
-        self._capacity = capacity
-        self._versions: OrderedDict[str, Version] = OrderedDict()
-        self._lock = threading.Lock()
+    Attributes:
+        is_new: whether it was written just now.
+    """
 
-    def add(self, name: str, version: Version) -> None:
-        with self._lock:
-            self._versions[name] = version
-            self._versions.move_to_end(name)
-            while len(self._versions) > self._capacity:
-                self._versions.popitem(last=False)
-
-    def has(self, name: str, version: Version) -> bool:
-        with self._lock:
-            return self._versions.get(name) == version
+    name: str
+    version: Version
+    is_new: bool
 
 
 def digest_of(file: IO[bytes]) -> str:

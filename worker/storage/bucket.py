@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from datetime import timedelta
 from typing import IO, TYPE_CHECKING, Self
@@ -73,7 +73,7 @@ class Bucket:
                 max_concurrency=1,
             )
 
-    def settle(self, name: str) -> None:
+    def settle(self, names: Collection[str]) -> None:
         """Nothing is left to do: a bucket answers when it has written."""
 
     def stream(self, name: str, part: range | None = None) -> Iterator[bytes]:

@@ -8,7 +8,8 @@ import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -26,6 +27,7 @@ UNFINISHED_SECONDS = 600
 A writer that lives after all finds its file gone and fails; nothing else comes of it.
 """
 
+_SYNCS = 8  # at a time
 _CHUNK = 1024 * 1024  # bytes
 _PIECE = 256 * 1024  # bytes; what each download holds in memory
 _UNFINISHED = "unfinished"
@@ -59,8 +61,9 @@ class Directory:
         target = self._root / name
         part = self._root / _UNFINISHED / f"{target.name}.{secrets.token_hex(4)}"
         with _plainly():
+            _make(self._root)
             for folder in (target.parent, part.parent):
-                _make(folder)
+                folder.mkdir(exist_ok=True)
             self._require_room(file)
             try:
                 with part.open("xb") as out:
@@ -71,15 +74,18 @@ class Directory:
             except BaseException:  # also a time limit or Ctrl-C: no part of a file is left
                 part.unlink(missing_ok=True)
                 raise
-            self._settle_folders(target)
 
-    def settle(self, name: str) -> None:
-        """See :class:`worker.storage.places.Place`."""
-        target = self._root / name
-        with _plainly():
-            with target.open("rb") as file:
-                os.fsync(file.fileno())
-            self._settle_folders(target)
+    def settle(self, names: Collection[str]) -> None:
+        """See :class:`worker.storage.places.Place`.
+
+        The bytes were synced before they got a name. That is in a folder, which is in others, and
+        any of them may have been made a moment ago, by this process or by another.
+        """
+        folders = {(self._root / name).parent for name in names} | {self._root, self._root.parent}
+        # A disk lets several wait for it together.
+        with _plainly(), ThreadPoolExecutor(min(_SYNCS, len(folders))) as syncs:
+            for synced in [syncs.submit(_sync, folder) for folder in folders]:
+                synced.result()
 
     def stream(self, name: str, part: range | None = None) -> Iterator[bytes]:
         """See :class:`worker.storage.places.Place`."""
@@ -118,11 +124,6 @@ class Directory:
         disk = os.statvfs(self._root)
         if disk.f_bavail * disk.f_frsize < size + ROOM_LEFT:
             raise StoreFullError
-
-    def _settle_folders(self, target: Path) -> None:
-        # Those above too: another writer may have made them a moment ago.
-        for folder in (target.parent, self._root, self._root.parent):
-            _sync(folder)
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Protocol
 from urllib.parse import unquote, urlsplit
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Place(Protocol):
     """Bytes by name; a name has two digits, a slash and more.
 
-    What is written is complete, and survives a loss of power, as soon as ``write`` returns;
-    before that it cannot be seen. Every method raises :class:`StoreError` where the place
+    What is written cannot be seen before it is complete, and survives a loss of power as soon as
+    it is settled. Every method raises :class:`StoreError` where the place
     cannot be used, and those that read raise ``FileNotFoundError`` where nothing has the name.
     """
 
@@ -29,8 +29,8 @@ class Place(Protocol):
     def write(self, name: str, file: IO[bytes]) -> None:
         """Put an open file's whole content there, without holding it in memory."""
 
-    def settle(self, name: str) -> None:
-        """Have what somebody else wrote there survive a loss of power too."""
+    def settle(self, names: Collection[str]) -> None:
+        """Have what can be seen there, whoever wrote it, survive a loss of power."""
 
     def stream(self, name: str, part: range | None = None) -> Iterator[bytes]:
         """What is there, or at the positions of ``part``, in pieces; looked for at once."""

@@ -19,7 +19,7 @@ References are counted by the ledger's steps (:mod:`worker.jobs.blob_scripts`).
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from worker.jobs import blob_scripts
@@ -52,7 +52,7 @@ class BlobRegister:
         self._lease = client.register_script(blob_scripts.LEASE)
         self._end_leases = client.register_script(blob_scripts.END_LEASES)
         self._take = client.register_script(blob_scripts.TAKE_DOOMED)
-        self._name = client.register_script(blob_scripts.NAME_OF)
+        self._names = client.register_script(blob_scripts.NAMES_OF)
         self._set_aside = client.register_script(blob_scripts.SET_ASIDE)
         self._is_had = client.register_script(blob_scripts.IS_HAD)
 
@@ -83,9 +83,9 @@ class BlobRegister:
             return True
         return bool(self._is_had([blobs_of(project)], [digest, _uploads_of(project)]))
 
-    def name_of(self, digest: str) -> str | None:
-        """Under what name a blob is in the store, or is to be; None if nobody needs it."""
-        return self._name([], [digest]) or None
+    def names_of(self, digests: Sequence[str]) -> list[str | None]:
+        """Under what names blobs are in the store, or are to be; None for one nobody needs."""
+        return [name or None for name in self._names([], digests)]
 
     def set_aside(self, digest: str, name: str) -> bool:
         """Have a blob that is damaged stored under another name from now on.

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from meshcone.certificate.archive import write_arrays
 from meshcone.certificate.file import CertificateFile, most_bytes, read_certificate
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
@@ -181,3 +182,23 @@ def test_numbers_that_are_not_finite_are_refused(stored: bytes, value: float) ->
 
     with pytest.raises(InputError, match="not a MeshCone certificate"):
         read_certificate(dataclasses.replace(certificate, positions=positions).to_bytes(), "c.npz")
+
+
+def test_an_archive_is_one_that_numpy_reads_and_coordinates_in_it_are_as_they_are() -> None:
+    arrays = {
+        "positions": np.random.default_rng(0).normal(size=(5000, 3)),
+        "which": np.arange(50_000),
+        "empty": np.empty((0, 3)),
+        "document": np.array("{}"),
+    }
+
+    data = write_arrays(arrays)
+
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        ways = {entry.filename: entry.compress_type for entry in archive.infolist()}
+    assert ways["positions.npy"] == zipfile.ZIP_STORED
+    assert ways["which.npy"] == zipfile.ZIP_DEFLATED
+    with np.load(io.BytesIO(data)) as read:
+        assert {name: read[name].tolist() for name in read} == {
+            name: array.tolist() for name, array in arrays.items()
+        }

@@ -20,25 +20,48 @@ def directory(tmp_path: Path) -> Directory:
     return Directory(tmp_path / "blobs")
 
 
-def test_what_is_written_is_synced_with_its_folders_before_it_counts(
-    directory: Directory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    synced: list[str] = []
+@pytest.fixture
+def synced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The paths of what is synced, in order."""
+    paths: list[str] = []
     sync = os.fsync
 
     def noting(handle: int) -> None:
-        synced.append(str(Path(f"/proc/self/fd/{handle}").readlink()))
+        paths.append(str(Path(f"/proc/self/fd/{handle}").readlink()))
         sync(handle)
 
     monkeypatch.setattr(os, "fsync", noting)
+    return paths
+
+
+def test_the_bytes_of_a_file_are_synced_before_they_get_their_name(
+    directory: Directory, tmp_path: Path, synced: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rename, seen = Path.rename, []
+
+    def noting(path: Path, target: Path) -> Path:
+        seen.append((str(path) in synced, target))
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", noting)
 
     directory.write(NAME, io.BytesIO(b"v 0 0 0"))
 
+    assert seen == [(True, tmp_path / "blobs" / NAME)]
+
+
+def test_names_are_settled_by_the_folders_that_have_them_each_of_them_once(
+    directory: Directory, tmp_path: Path, synced: list[str]
+) -> None:
+    names = [NAME, "ab/abccba.1", "cd/cdefab.1"]
+    for name in names:
+        directory.write(name, io.BytesIO(name.encode()))
+    del synced[:]
+
+    directory.settle(names)
+
     root = tmp_path / "blobs"
-    part = next(place for place in synced if place.startswith(str(root / "unfinished/")))
-    # The bytes before they get their name, and then the folder that has the name.
-    assert synced.index(part) < len(synced) - 1 - synced[::-1].index(str(root / "ab"))
-    assert {str(root), str(tmp_path)} <= set(synced)
+    assert sorted(synced) == sorted(map(str, (tmp_path, root, root / "ab", root / "cd")))
 
 
 def test_a_write_that_fails_leaves_nothing(
@@ -103,6 +126,6 @@ def test_a_change_of_a_file_is_another_version_whatever_its_times_say(
 
 def test_what_is_not_there_is_not_found_and_may_be_removed_again(directory: Directory) -> None:
     directory.delete(NAME)
-    for look in (directory.version, directory.stream, directory.settle):
+    for look in (directory.version, directory.stream):
         with pytest.raises(FileNotFoundError):
             look(NAME)
