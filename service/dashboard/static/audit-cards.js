@@ -22,22 +22,19 @@ function family(name, asset, sides) {
         sides.map((side) => h("td", { class: "number" }, shown(asset[side][name][value])))))))));
 }
 
-function assetCard(asset) {
+/** What each file is: a table for each family of values. */
+export function assetCard(asset) {
   const sides = SIDES.filter((side) => asset[side]);
   return h("section", { class: "card", "aria-labelledby": "audit-title", "data-testid": "audit" },
     h("h2", { id: "audit-title" }, "Whole assets"),
     Object.keys(asset.source).map((name) => family(name, asset, sides)));
 }
 
-function changesCard({ rows }) {
+/** What was lost, added, renamed, moved or altered besides the surface. */
+export function changesCard({ rows }) {
   if (!rows.length) return null;
   return h("section", { class: "card", "aria-labelledby": "changes-title", "data-testid": "changes" },
     h("h2", { id: "changes-title" }, "What else changed"),
     h("ul", null, rows.slice(0, ROWS).map((row) => h("li", null, h("code", null, row.kind), " ", row.words))),
     rows.length > ROWS && h("p", { class: "hint" }, `The report lists ${rows.length} of them.`));
-}
-
-/** Both cards, as far as a report has the sections. */
-export function auditCards({ asset, changes }) {
-  return [asset && assetCard(asset), changes && changesCard(changes)];
 }

@@ -1,12 +1,11 @@
 // One job: how far it is, and once it has ended, everything that came of it.
 
-import { download, follow, getJson, key, Problem, request, said } from "meshcone/api";
-import { byId, command, h } from "meshcone/dom";
-import { bytes, dateTime, number, seconds } from "meshcone/format";
+import { follow, getJson, Problem, request, said } from "meshcone/api";
+import { byId, h } from "meshcone/dom";
+import { dateTime, number, seconds } from "meshcone/format";
+import { filesCard, inputsCard, repeatCard } from "meshcone/job-files";
 import { chip, hasEnded, projectTag, stageWords, waitWords } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
-import { pathsOf } from "meshcone/sides";
-import { quoted } from "meshcone/solver-panel";
 
 const id = decodeURIComponent(location.pathname.split("/").at(-1));
 const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -22,7 +21,7 @@ function title(job) {
     h("div", { class: "grow" },
       h("h1", null, job.source.name, job.reference && [h("span", { class: "arrow" }, " → "), job.reference.name]),
       h("div", { class: "chips" },
-        chip(job.state), job.summary?.outcome && chip(job.summary.outcome), job.verdict && chip(job.verdict, `gates: ${job.verdict.replace("_", " ")}`),
+        job.state !== "succeeded" && chip(job.state),
         projectTag(job), job.labels.map((label) => h("a", { class: "tag", href: `/compare?label=${encodeURIComponent(label)}` }, label)),
         h("span", { class: "hint" }, [dateTime(job.created), took, job.attempt > 1 && `attempt ${job.attempt}`].filter(Boolean).join(" · ")))),
     actions);
@@ -74,58 +73,6 @@ async function watch(job) {
   await follow(`${path}/events`, { onEvent, signal: leaving.signal });
 }
 
-const filesOf = (job, side) => [job[side], ...job[`${side}_resources`]].filter(Boolean);
-
-const namesOf = (job, side) => filesOf(job, side).map((file) => file.name);
-
-const jobPaths = (job) => pathsOf({ source: namesOf(job, "source"), reference: namesOf(job, "reference") });
-
-function inputs(job) {
-  const entry = (file, words) => h("li", null, file.link ? download(file.link, file.name.split("/").at(-1)) : file.name, h("span", { class: "soft" }, `${words}, ${file.size === null ? "not fetched" : bytes(file.size)}`));
-  return [
-    ...["source", "reference"].flatMap((side) => filesOf(job, side).map((file) => entry(file, file === job[side] ? `the ${side}` : `${file.name} of the ${side}`))),
-    ...job.resources.map((file) => entry(file, `${file.name} for both`))];
-}
-
-function inputsCard(job) {
-  return h("section", { class: "card", "aria-labelledby": "inputs-title" },
-    h("h2", { id: "inputs-title" }, "As sent"),
-    h("ul", { class: "files", "data-testid": "inputs" }, inputs(job)));
-}
-
-function filesCard(job) {
-  const stem = job.source.name.replace(/\.[^.]*$/, "");
-  const suffix = job.source.name.slice(stem.length);
-  const known = { mesh: `${stem}.refined${suffix}`, report: `${stem}.report.json`, certificate: `${stem}.report.certificate.npz`, diagnostics_csv: `${stem}.diagnostics.csv`, heatmap: `${stem}.heatmap.glb`, preview: `${stem}.preview.glb`, pictures: `${stem}.pictures.png` };
-  const told = { mesh: "the refined mesh", report: "the report, as JSON", certificate: "the certificate", diagnostics_csv: "SCS's iterations", heatmap: "coloured by deviation", preview: "what is shown above", pictures: "from six sides" };
-  const entries = Object.keys(known).filter((name) => job.links[name]);
-  const paths = jobPaths(job);
-  const files = { report: known.report, source: paths.source(job.source.name), reference: job.reference && paths.reference(job.reference.name), refined: known.mesh, apart: paths.apart };
-  const card = h("section", { class: "card", "aria-labelledby": "files-title" },
-    h("h2", { id: "files-title" }, "Downloads"),
-    h("ul", { class: "files" }, entries.map((name) => h("li", null, download(job.links[name], known[name]), h("span", { class: "soft" }, told[name])))),
-    h("h3", null, "As sent"),
-    h("ul", { class: "files", "data-testid": "inputs" }, inputs(job)));
-  return { card, files };
-}
-
-function repeatCard(job) {
-  const paths = jobPaths(job);
-  const field = (name, path) => `  -F ${name}=@${quoted(path)}`;
-  const parts = ["curl -sS --fail-with-body", ...(key() ? ['  -H "Authorization: Bearer $MESHCONE_API_KEY"'] : []),
-    field("source", paths.source(job.source.name)), ...(job.reference ? [field("reference", paths.reference(job.reference.name))] : []),
-    ...job.source_resources.map((file) => field("source_resources", paths.source(file.name))),
-    ...job.reference_resources.map((file) => field("reference_resources", paths.reference(file.name))),
-    ...job.resources.map((file) => field("resources", file.name)),
-    ...job.labels.map((label) => `  --form-string ${quoted(`label=${label}`)}`),
-    `  --form-string ${quoted(`options=${JSON.stringify(job.options)}`)}`,
-    `  ${location.origin}/v1/jobs`];
-  return h("section", { class: "card", "aria-labelledby": "repeat-title" },
-    h("h2", { id: "repeat-title" }, "Repeat this job"),
-    h("p", { class: "hint" }, `With the same files${paths.apart ? ", in a folder for each side" : ""}: ${[job.source, job.reference].filter((file) => file?.sha256).map((file) => `${file.name} has SHA-256 ${file.sha256.slice(0, 12)}…`).join(", ")}`),
-    command(parts.join(" \\\n"), "Command that repeats this job"));
-}
-
 /** An image needs the key that a request sends; so its bytes become its address. */
 function imageOf(link) {
   if (!link) return null;
@@ -145,9 +92,9 @@ async function show(job) {
   const report = await getJson(job.links.report);
   const { card, files } = filesCard(job);
   const bytesOf = (link) => (link ? async () => (await request(link)).arrayBuffer() : null);
-  const around = { files, loadPreview: bytesOf(job.links.preview), loadWhole: bytesOf(job.links.heatmap), loadPictures: imageOf(job.links.pictures) };
-  place.replaceChildren(title(job), ...reportSections(report, around).filter(Boolean),
-    h("div", { class: "columns" }, card, repeatCard(job)));
+  const more = [h("div", { class: "columns" }, card, repeatCard(job))];
+  const around = { heading: title(job), files, loadPreview: bytesOf(job.links.preview), loadWhole: bytesOf(job.links.heatmap), loadPictures: imageOf(job.links.pictures), more };
+  place.replaceChildren(...reportSections(report, around));
   return undefined;
 }
 

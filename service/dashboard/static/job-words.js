@@ -42,6 +42,13 @@ export function verdictSentence(gates) {
   return "Not decided: something could not be tested.";
 }
 
+/** What lengths are told in: as the report's own sentences have it, by the formats of its files. */
+export function unitOf({ inputs }) {
+  const formats = [inputs.source, inputs.reference].filter(Boolean).map(({ format }) => format);
+  if (formats.some((format) => ["gltf", "glb"].includes(format))) return "m";
+  return formats.includes("step") ? "mm" : "units";
+}
+
 /** Whether a tolerance was reached, and where it was not. */
 export function withinSentence({ asked, reached, attempts, places, unit }) {
   const tries = `${attempts} ${attempts === 1 ? "refinement" : "refinements"}`;
@@ -61,11 +68,12 @@ export function outcomeSentence(report) {
   const before = report.quality.input.point_to_surface.mean;
   const after = report.quality.refined?.point_to_surface.mean;
   const inUnits = (value) => number(value * radius);
-  if (after === undefined) return `The mesh lies ${inUnits(before)} model units from its reference on average.`;
+  const unit = unitOf(report);
+  if (after === undefined) return `The mesh lies ${inUnits(before)} ${unit} from its reference on average.`;
   if (report.outcome === "improved") {
-    return `The refined mesh is ${times(before, after)} times closer to its reference: mean deviation ${inUnits(before)} → ${inUnits(after)} model units.`;
+    return `The refined mesh is ${times(before, after)} times closer to its reference: mean deviation ${inUnits(before)} → ${inUnits(after)} ${unit}.`;
   }
-  return `The refined mesh is ${outcomeWords(report.outcome)}: mean deviation ${inUnits(before)} → ${inUnits(after)} model units.`;
+  return `The refined mesh is ${outcomeWords(report.outcome)}: mean deviation ${inUnits(before)} → ${inUnits(after)} ${unit}.`;
 }
 
 function changesSentence(changes) {

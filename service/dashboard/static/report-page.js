@@ -1,5 +1,6 @@
 // A report.html: one asset, or a list of them of which one is looked at.
 
+import { inLink } from "meshcone/address";
 import { byId, embedded, h } from "meshcone/dom";
 import { chip } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
@@ -16,7 +17,7 @@ async function unpacked(element) {
 
 function sections(asset) {
   if (asset.report === null) {
-    return [h("section", { class: "card verdict fail" }, h("p", { class: "headline" }, asset.error ?? "There is no report."))];
+    return [heading(asset), h("section", { class: "card verdict fail" }, h("p", { class: "headline" }, asset.error ?? "There is no report."))];
   }
   const { inputs, output } = asset.report;
   const names = ({ name, resources }) => [name, ...Object.keys(resources ?? {})];
@@ -24,7 +25,7 @@ function sections(asset) {
   const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: inputs.reference && paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
   const packed = byId(`preview-${asset.number}`);
   const without = packed ? null : h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
-  return [without, ...reportSections(asset.report, { files, loadPreview: packed && (() => unpacked(packed)), loadPictures: asset.pictures && (async () => asset.pictures) })].filter(Boolean);
+  return [without, ...reportSections(asset.report, { heading: heading(asset), files, loadPreview: packed && (() => unpacked(packed)), loadPictures: asset.pictures && (async () => asset.pictures) })].filter(Boolean);
 }
 
 const heading = (asset) => h("div", { class: "title-row" }, h("div", { class: "grow" }, h("h1", null, asset.name), h("div", { class: "chips" }, chip(asset.ending))));
@@ -44,17 +45,17 @@ function list() {
     h("section", { class: "card" }, h("table", { class: "jobs" },
       h("thead", null, h("tr", null, ["Asset", "Verdict", "Finding"].map((head) => h("th", { scope: "col" }, head)))),
       h("tbody", null, sorted.map((asset) => h("tr", null,
-        h("td", null, h("a", { class: "pair", href: `#asset-${asset.number}` }, asset.name)),
+        h("td", null, h("a", { class: "pair", href: `#asset=${asset.number}` }, asset.name)),
         h("td", { "data-label": "Verdict" }, chip(asset.ending)),
         h("td", { class: "worst", "data-label": "Finding" }, worst(asset))))))),
   ];
 }
 
 function show() {
-  const number = Number(/^#asset-(\d+)$/.exec(location.hash)?.[1] ?? NaN);
+  const number = Number(inLink("asset") ?? NaN);
   const asset = assets.length === 1 ? assets[0] : assets[number];
   const back = assets.length > 1 && asset ? [h("p", null, h("a", { href: "#" }, "← all assets"))] : [];
-  place.replaceChildren(...back, ...(asset ? [heading(asset), ...sections(asset)] : list()));
+  place.replaceChildren(...back, ...(asset ? sections(asset) : list()));
   scrollTo(0, 0);
 }
 

@@ -1,33 +1,16 @@
 // Everything a report says, the same on a job's page and in a report.html.
 
+import { assetCard, changesCard } from "meshcone/audit-cards";
 import { directionsCard } from "meshcone/directions";
 import { h } from "meshcone/dom";
-import { auditCards } from "meshcone/audit-cards";
 import { number, seconds } from "meshcone/format";
-import { chip, outcomeSentence, verdictSentence, withinSentence } from "meshcone/job-words";
+import { gatesPanel } from "meshcone/gates-panel";
+import { unitOf } from "meshcone/job-words";
 import { metricsTable } from "meshcone/metrics-table";
 import { solverPanel } from "meshcone/solver-panel";
+import { tabs } from "meshcone/tabs";
+import { verdictCard } from "meshcone/verdict-card";
 import { ViewerCard } from "meshcone/viewer-card";
-
-const ORDER = { fail: 0, not_tested: 1, pass: 2 };
-
-/** The verdict in words: of the gates if there are any, and what became of the mesh. */
-export function verdictCard(report) {
-  const { gates } = report;
-  const checks = [...(gates?.checks ?? [])].sort((a, b) => ORDER[a.status] - ORDER[b.status]);
-  return h("section", { class: `card verdict ${gates?.verdict ?? report.outcome ?? ""}`, "aria-label": "Verdict", "data-testid": "verdict" },
-    gates && h("p", { class: "headline" }, verdictSentence(gates)),
-    report.statement && h("p", { class: gates ? "" : "headline", "data-testid": "statement" }, `${report.statement[0].toUpperCase()}${report.statement.slice(1)}.`),
-    h("p", { class: gates || report.statement ? "" : "headline" }, outcomeSentence(report)),
-    report.within && h("p", { "data-testid": "within" }, withinSentence(report.within)),
-    !gates && h("p", { class: "soft" }, verdictSentence(null)),
-    checks.length > 0 && h("ul", null, checks.map((check) => h("li", null, chip(check.status), h("span", null, check.words, check.severity === "warning" ? " (a warning)" : "")))));
-}
-
-function warnings(report) {
-  if (!report.warnings.length) return null;
-  return h("section", { class: "card", "aria-labelledby": "warnings-title" }, h("h2", { id: "warnings-title" }, "Warnings"), h("ul", null, report.warnings.map((warning) => h("li", null, warning.code && h("code", null, warning.code), warning.code && " ", warning.words ?? warning))));
-}
 
 /** What loadPictures gives the address of: every surface from six sides, in its own colours. */
 function picturesCard(report, loadPictures) {
@@ -47,28 +30,35 @@ function inputsCard(report) {
     h("dl", { class: "facts" },
       h("dt", null, "Source"), h("dd", null, `${report.inputs.source.name}: ${facts(report.inputs.source)}`),
       report.inputs.reference && [h("dt", null, "Reference"), h("dd", null, `${report.inputs.reference.name}: ${facts(report.inputs.reference)}`)],
-      report.frame && [h("dt", null, "Radius"), h("dd", null, `${number(report.frame.radius, 6)} model units`)],
+      report.frame && [h("dt", null, "Radius"), h("dd", null, `${number(report.frame.radius, 6)} ${unitOf(report)}`)],
       h("dt", null, "Time"), h("dd", null, `${seconds(report.timings.total)}: ${stages.map((name) => `${name} ${seconds(report.timings[name])}`).join(", ")}`),
       h("dt", null, "MeshCone"), h("dd", null, report.version)));
 }
 
+function badge(count, kind = "") {
+  return count > 0 ? h("span", { class: `badge ${kind}` }, String(count)) : null;
+}
+
 /**
- * The sections of a report.
+ * The sections of a report, in the order of the questions: does it pass, where and why not, what
+ * changed, by how much, can it be trusted, what was done.
  * @param {Object} report
- * @param {{files: Object, loadPreview: ?Function, loadWhole: ?Function, loadPictures: ?Function}} around
+ * @param {{heading: Node, files: Object, loadPreview: ?Function, loadWhole: ?Function, loadPictures: ?Function, more: Node[]}} around
+ *   `more` are cards about the files
  */
-export function reportSections(report, { files, loadPreview, loadWhole, loadPictures }) {
+export function reportSections(report, { heading, files, loadPreview, loadWhole, loadPictures, more = [] }) {
   const viewer = loadPreview ? new ViewerCard(report, loadPreview, loadWhole) : null;
+  const goTo = viewer && ((position) => viewer.goTo(position));
   viewer?.start();
-  return [
-    verdictCard(report),
-    viewer?.element,
-    loadPictures && picturesCard(report, loadPictures),
-    report.quality && metricsTable(report),
-    report.quality && directionsCard(report),
-    ...auditCards(report),
-    ...(report.solver ? solverPanel(report, files) : []),
-    warnings(report),
-    inputsCard(report),
-  ];
+  const failed = (report.gates?.checks ?? []).filter(({ status }) => status === "fail").length;
+  const panels = tabs("What the report says", [
+    { id: "gates", title: "Gates", badge: badge(failed, "bad"), content: gatesPanel(report, goTo) },
+    { id: "changes", title: "Changes", badge: badge(report.changes?.rows.length), content: [report.changes && changesCard(report.changes), report.quality && directionsCard(report), loadPictures && picturesCard(report, loadPictures)] },
+    { id: "metrics", title: "Metrics", content: [report.quality && metricsTable(report)] },
+    { id: "audit", title: "Audit", content: [report.asset && assetCard(report.asset)] },
+    { id: "solver", title: "Solver", content: report.solver ? solverPanel(report, files) : [] },
+    { id: "files", title: "Files", content: [...more, inputsCard(report)] },
+  ]);
+  const verdict = verdictCard(report, { goTo, openGates: () => panels.open("gates") });
+  return [...(viewer ? [h("div", { class: "first-screen" }, heading, verdict, viewer.element)] : [heading, verdict]), panels.element];
 }

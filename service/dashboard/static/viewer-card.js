@@ -1,13 +1,15 @@
 // The card around the viewer: what to show and how, the scale, and the worst places.
 
 import { h } from "meshcone/dom";
+import { findingAt, findings } from "meshcone/findings";
 import { number } from "meshcone/format";
+import { unitOf } from "meshcone/job-words";
 import { hasWebGl, threeJs } from "meshcone/library";
 import { Legend } from "meshcone/legend";
 import { readHeatmap, readPreview } from "meshcone/scene-file";
 import { Viewer } from "meshcone/viewer";
 
-const TITLES = { input: "Input", refined: "Refined", reference: "Reference" };
+const TITLES = { input: "Source", refined: "Refined", reference: "Reference" };
 const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over.";
 
 /** Buttons of which one is pressed. */
@@ -41,6 +43,7 @@ export class ViewerCard {
     this.radius = report.frame.radius;
     this.loadPreview = loadPreview;
     this.loadWhole = loadWhole;
+    this.findings = findings(report);
     this.canvas = h("canvas", { tabindex: "0", role: "application", "aria-label": "The meshes in three dimensions", "aria-describedby": "view-keys" });
     this.overlay = h("div", { class: "over" }, h("p", { class: "loading", role: "status" }, "Loading the meshes …"));
     this.labels = h("div");
@@ -50,7 +53,7 @@ export class ViewerCard {
     this.tools = h("div", { class: "tools", role: "toolbar", "aria-label": "How the meshes are shown" });
     this.legend = new Legend(this.radius, (changes) => this.viewer.set(changes));
     this.element = h("section", { class: "card stage", "aria-label": "Viewer" },
-      h("div", null, this.tools, this.view, this.legend.element, h("p", { class: "hidden", id: "view-keys" }, KEYS)),
+      h("div", { class: "main" }, this.tools, this.view, this.legend.element, h("p", { class: "hidden", id: "view-keys" }, KEYS)),
       this.places());
   }
 
@@ -68,7 +71,7 @@ export class ViewerCard {
       this.noteSize();
       this.legend.take(this.preview, thresholdOf(this.report));
       this.colour("deviation");
-      this.markFarthest();
+      this.markFirst();
       this.view.dataset.ready = "true";
     } catch (error) {
       this.say(`The meshes cannot be shown: ${error.message}`);
@@ -76,12 +79,24 @@ export class ViewerCard {
     return undefined;
   }
 
-  /** Mark the point that is proven to be farthest, until somebody chooses another place. */
-  markFarthest() {
-    const farthest = this.report.deviation?.max;
-    if (!(farthest?.upper > 0)) return;
-    const at = this.into(farthest.at);
-    this.viewer.mark(at, at);
+  /** Mark what is most worth a look, until somebody chooses another place. */
+  markFirst() {
+    const [first] = this.findings;
+    if (first) this.viewer.mark(this.into(first.position), this.into(first.closest));
+  }
+
+  /** Fly to a place in model units; what was found there is the one that is chosen. */
+  goTo(position) {
+    const index = findingAt(this.findings, position, this.radius);
+    if (index >= 0) this.choose(index);
+    else this.viewer?.show(this.into(position), this.into(position));
+    this.element.scrollIntoView({ block: "nearest" });
+  }
+
+  choose(index) {
+    for (const [number, button] of this.buttons.entries()) button.setAttribute("aria-pressed", String(number === index));
+    const { position, closest } = this.findings[index];
+    this.viewer?.show(this.into(position), this.into(closest));
   }
 
   into(point) {
@@ -125,7 +140,7 @@ export class ViewerCard {
     const place = ({ name, clip }, index) => {
       const side = index === 1 && layout === "wipe" ? { right: "0px" } : { left: `${clip.x}px` };
       const worst = this.report.quality[name]?.point_to_surface.max * this.radius;
-      return h("div", { class: "pane-label", "data-pane": name, style: { ...side, top: `${clip.y}px` } }, TITLES[name], name === "reference" ? null : h("span", { class: "soft" }, ` · worst ${number(worst)}`));
+      return h("div", { class: "pane-label", "data-pane": name, style: { ...side, top: `${clip.y}px` } }, TITLES[name], name === "reference" ? null : h("span", { class: "soft" }, ` · worst ${number(worst)} ${unitOf(this.report)}`));
     };
     const lines = layout === "wipe"
       ? [h("div", { class: "wipe-line", style: { left: `${panes[1].clip.x - 1}px` } })]
@@ -160,25 +175,16 @@ export class ViewerCard {
   }
 
   places() {
-    const farthest = this.report.deviation?.max;
-    const proven = farthest?.upper > 0
-      ? [{ on: "proven", position: farthest.at, closest: farthest.at, distance: farthest.upper }]
-      : [];
-    const points = [...proven, ...this.report.quality.worst_points];
-    const buttons = points.map((point, index) => h("button", {
-      type: "button", "aria-pressed": "false", onclick: (event) => {
-        for (const button of buttons) button.setAttribute("aria-pressed", String(button === event.currentTarget));
-        this.viewer?.show(this.into(point.position), this.into(point.closest));
-      },
-    }, h("span", { class: "rank" }, point.on === "proven" ? "✓" : String(index + 1 - proven.length)),
-    h("span", null, { proven: "farthest, proven", mesh: "on the mesh" }[point.on] ?? "on the reference"),
-    h("span", { class: "far" }, number(point.distance * this.radius)),
-    h("span", { class: "where" }, `at ${point.position.map((value) => number(value)).join(", ")}`)));
+    this.buttons = this.findings.map(({ title, position, distance, fails }, index) => h("button", { type: "button", "aria-pressed": "false", onclick: () => this.choose(index) },
+      h("span", { class: fails ? "rank fails" : "rank" }, String(index + 1)),
+      h("span", null, title),
+      h("span", { class: "far" }, distance === null ? "" : number(distance * this.radius)),
+      h("span", { class: "where" }, `at ${position.map((value) => number(value)).join(", ")}`)));
     return h("div", { class: "side" },
-      h("h2", null, "Worst places"),
-      points.length
-        ? h("ol", { class: "places" }, buttons.map((button) => h("li", null, button)))
-        : h("p", { class: "empty" }, h("strong", null, "None"), "The surfaces agree everywhere."),
-      points.length > 0 && h("p", { class: "hint", style: { padding: "6px 16px 0", margin: "0" } }, "Distances in model units; choose one to fly there."));
+      h("h2", null, "Where to look"),
+      this.buttons.length
+        ? h("ol", { class: "places" }, this.buttons.map((button) => h("li", null, button)))
+        : h("p", { class: "empty" }, h("strong", null, "Nowhere"), "The surfaces agree everywhere."),
+      this.buttons.length > 0 && h("p", { class: "hint foot" }, `In ${unitOf(this.report)}; choose one to fly there.`));
   }
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
-from playwright.sync_api import Browser, Locator, Page, Playwright, Request
+from playwright.sync_api import Browser, FrameLocator, Locator, Page, Playwright, Request
 
 DESKTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
@@ -87,6 +88,11 @@ def drop(page: Page, selector: str, files: dict[str, bytes]) -> None:
     )
     for event in ("dragenter", "dragover", "drop"):
         page.dispatch_event(selector, event, {"dataTransfer": transfer})
+
+
+def open_tab(page: Page | FrameLocator, name: str) -> None:
+    """Open one of the tabs under the viewer, by what its title begins with."""
+    page.get_by_role("tab", name=re.compile(f"^{name}")).click()
 
 
 def pixels(element: Locator) -> NDArray[np.float64]:

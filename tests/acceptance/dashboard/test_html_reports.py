@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
-from tests.acceptance.dashboard.browsing import difference, pixels, watched_page
+from tests.acceptance.dashboard.browsing import difference, open_tab, pixels, watched_page
 from tests.painted import encoded, painted, picture
 from tests.truck import truck_obj
 
@@ -53,6 +54,7 @@ def test_a_refinement_leaves_a_page_that_needs_nothing_else(folder: Path, offlin
 
     assert difference(heat, pixels(view)) > 4
     expect(offline.get_by_test_id("verdict")).to_contain_text("closer to its reference")
+    open_tab(offline, "Solver")
     expect(offline.get_by_role("heading", name="Certificate")).to_be_visible()
 
 
@@ -122,5 +124,8 @@ def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
     offline.get_by_role("link", name="rough.obj").click()
     offline.wait_for_selector("[data-ready]")
     expect(offline.get_by_test_id("verdict")).to_contain_text("Failed: 1 of 1 check.")
+    expect(offline.get_by_test_id("verdict")).to_contain_text(re.compile(r"\d . allowed"))
+    offline.get_by_test_id("verdict").get_by_role("button", name="Show where").click()
+    expect(offline.locator(".places button[aria-pressed=true]")).to_have_count(1)
     offline.get_by_role("link", name="all assets").click()
     expect(rows).to_have_count(3)

@@ -15,7 +15,7 @@ from playwright.sync_api import Page, expect
 from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
-from tests.acceptance.dashboard.browsing import difference, keep_picture, pixels
+from tests.acceptance.dashboard.browsing import difference, keep_picture, open_tab, pixels
 from tests.holding import Hold
 
 DRAWN = 4.0  # mean difference of the pixels, of 255, that no antialiasing makes
@@ -70,11 +70,11 @@ def test_a_lower_threshold_puts_more_of_the_mesh_above_it(job_page: Page) -> Non
 def test_choosing_a_worst_place_flies_there(job_page: Page) -> None:
     canvas = job_page.locator(".view canvas")
     before = pixels(canvas)
-    first = job_page.get_by_role("button", name=re.compile("^1 on the")).first
-    first.click()
+    second = job_page.get_by_role("button", name=re.compile("^2 on the"))
+    second.click()
     settle(job_page)
 
-    expect(first).to_have_attribute("aria-pressed", "true")
+    expect(second).to_have_attribute("aria-pressed", "true")
     assert difference(before, pixels(canvas)) > DRAWN
 
 
@@ -111,9 +111,27 @@ def test_the_verdict_is_said_in_words(job_page: Page) -> None:
 
     expect(verdict).to_contain_text("Passed: 3 checks hold.")
     expect(verdict).to_contain_text(re.compile(r"\d+ times closer to its reference"))
-    expect(verdict).to_contain_text("worst deviation")
+    expect(job_page.get_by_test_id("checks").locator("li")).to_have_count(3)
+    expect(job_page.get_by_test_id("checks")).to_contain_text("worst deviation")
     row = job_page.locator("tr[data-metric='point_to_surface.max']")
     expect(row).to_contain_text("pass")
+
+
+def test_arrow_keys_go_through_the_tabs_and_the_link_opens_the_same_one(job_page: Page) -> None:
+    gates = job_page.get_by_role("tab", name="Gates")
+    expect(gates).to_have_attribute("aria-selected", "true")
+    gates.press("ArrowRight")
+    job_page.keyboard.press("ArrowRight")
+    metrics = job_page.get_by_role("tab", name="Metrics")
+    expect(metrics).to_be_focused()
+    expect(job_page.get_by_role("tabpanel")).to_have_count(1)
+    expect(job_page.locator("tr[data-metric='point_to_surface.max']")).to_be_visible()
+
+    job_page.reload()
+
+    expect(metrics).to_have_attribute("aria-selected", "true")
+    metrics.press("End")
+    expect(job_page.get_by_role("tab", name="Files")).to_be_focused()
 
 
 def test_what_is_proven_is_stated_and_its_farthest_point_is_a_place(
@@ -132,6 +150,7 @@ def test_what_is_proven_is_stated_and_its_farthest_point_is_a_place(
 def test_the_refined_mesh_downloads_under_its_name(
     job_page: Page, client: Client, refined: Job
 ) -> None:
+    open_tab(job_page, "Files")
     with job_page.expect_download() as downloading:
         job_page.get_by_role("link", name="jug_scan.refined.glb").click()
 
@@ -142,6 +161,7 @@ def test_the_refined_mesh_downloads_under_its_name(
 def test_what_was_sent_downloads_under_its_name(
     job_page: Page, rough_jug: MeshFile, jug: MeshFile
 ) -> None:
+    open_tab(job_page, "Files")
     for file in (rough_jug, jug):
         with job_page.expect_download() as downloading:
             job_page.get_by_test_id("inputs").get_by_role("link", name=file.name).click()
@@ -155,10 +175,12 @@ def test_the_verify_command_proves_the_downloads(
 ) -> None:
     for file in (rough_jug, jug):
         (tmp_path / file.name).write_bytes(file.data)
+    open_tab(job_page, "Files")
     for name in ("jug_scan.refined.glb", "jug_scan.report.json", "jug_scan.report.certificate.npz"):
         with job_page.expect_download() as downloading:
             job_page.get_by_role("link", name=name).click()
         downloading.value.save_as(tmp_path / name)
+    open_tab(job_page, "Solver")
     shown = job_page.get_by_role("region", name="Command that verifies the certificate")
 
     program, *arguments = shlex.split(shown.inner_text())
@@ -180,6 +202,7 @@ def test_the_curl_command_repeats_the_job(
 ) -> None:
     for file in (rough_jug, jug):
         (tmp_path / file.name).write_bytes(file.data)
+    open_tab(job_page, "Files")
     shown = job_page.get_by_role("region", name="Command that repeats this job")
 
     sent = subprocess.run(
@@ -242,8 +265,8 @@ def test_a_measurement_shows_the_mesh_beside_its_reference(
     page.wait_for_selector("[data-ready]")
 
     expect(page.locator(".pane-label")).to_have_count(2)
-    expect(page.get_by_test_id("verdict")).to_contain_text("model units from its reference")
-    expect(page.get_by_role("heading", name="Solver")).to_have_count(0)
+    expect(page.get_by_test_id("verdict")).to_contain_text("units from its reference")
+    expect(page.get_by_role("tab", name="Solver")).to_have_count(0)
 
 
 def settle(page: Page) -> None:

@@ -6,7 +6,7 @@ from playwright.sync_api import Browser, expect
 
 import meshcone
 from meshcone.files import MeshFile
-from tests.acceptance.dashboard.browsing import watched_page
+from tests.acceptance.dashboard.browsing import open_tab, watched_page
 
 
 def test_a_result_is_shown_in_its_frame_without_a_network(
@@ -21,6 +21,7 @@ def test_a_result_is_shown_in_its_frame_without_a_network(
         frame.locator("[data-ready]").wait_for()
 
         expect(frame.get_by_test_id("verdict")).to_contain_text("closer to its reference")
+        open_tab(frame, "Solver")
         expect(frame.get_by_role("heading", name="Certificate")).to_be_visible()
 
     assert faults.said == []

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
-from tests.acceptance.dashboard.browsing import drop
+from tests.acceptance.dashboard.browsing import drop, open_tab
 from tests.acceptance.two_exports import two_exports, write_exports
 
 
@@ -114,6 +114,7 @@ def test_the_commands_of_a_job_find_each_file_in_the_folder_of_its_side(
     job = client.wait(client.submit(*two_exports(), {"effort": "fast"}).id)
     page.goto(f"/jobs/{job.id}")
 
+    open_tab(page, "Files")
     repeat = page.get_by_role("region", name="Command that repeats this job")
     for part in (
         "-F source=@source/a.gltf",
@@ -122,5 +123,6 @@ def test_the_commands_of_a_job_find_each_file_in_the_folder_of_its_side(
         "-F reference_resources=@reference/a.bin",
     ):
         expect(repeat).to_contain_text(part)
+    open_tab(page, "Solver")
     verify = page.get_by_role("region", name="Command that verifies the certificate")
     expect(verify).to_contain_text("--source source/a.gltf --reference reference/a.gltf")
