@@ -4,8 +4,9 @@ In a block of the language ``console`` a line that begins with ``$`` is a comman
 with ``>`` goes on with it, and the others are what it prints. ``…`` stands for anything, in a line
 of its own for any lines. Numbers may differ by a twentieth, because processors round differently.
 
-``python -m tests.console README.md docs/tutorial.md`` runs the documents' examples among the files
-that a demo leaves, and writes into them what was printed.
+``python -m tests.console README.md docs/tutorial.md`` runs the documents' examples, and writes into
+them what was printed. They run among the files that a demo leaves or, where the document says so,
+among those that ``examples/make_files.py`` makes.
 """
 
 from __future__ import annotations
@@ -15,22 +16,28 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Self
 
 from tests.serving import starting
 
-ADDRESS = "127.0.0.1:8000"
-"""Where the service of every example listens; the one that runs listens elsewhere."""
+MAKER = Path(__file__).parents[1] / "examples" / "make_files.py"
+FILE_SERVER = "python -m http.server --bind 127.0.0.1 8001"
+ADDRESSES = {"meshcone serve": "127.0.0.1:8000", FILE_SERVER: "127.0.0.1:8001"}
+"""Where the servers of every example listen; those that run listen elsewhere."""
 
 TOLERANCE = 0.05  # of a number
 _TIMEOUT = 300  # seconds; a guard, not an expectation
 _BLOCK = re.compile(r"(^```console\n)(.*?)(^```$)", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+(?:,\d{3})*(?:\.\d+)?|\.\d+)(?:e[-+]?\d+)?(?![\w.]*\w)")
 _IDENTIFIER = re.compile(r"[0-9a-f]{8}-[0-9a-f]{4}-7[0-9a-f]{3}-[0-9a-f]{4}-[0-9a-f]{12}")
+_ASSIGNMENTS = re.compile(r"(?:\w+=\S+ )*")
 _END = "end-of-a-command"
 
 
@@ -52,7 +59,7 @@ def _examples_of(block: str) -> list[Example]:
     for line in block.splitlines():
         if line.startswith("$ "):
             commands.append((line[2:], []))
-        elif line.startswith("> ") and commands and not commands[-1][1]:
+        elif (line + " ").startswith("> ") and commands and not commands[-1][1]:
             commands[-1] = (commands[-1][0] + "\n" + line[2:], [])
         else:
             commands[-1][1].append(line)
@@ -98,7 +105,7 @@ class Shell:
     def __init__(self, directory: Path, home: Path) -> None:
         self._directory = directory
         self._stack = ExitStack()
-        self._address = ADDRESS
+        self._addresses: dict[str, str] = {}
         scripts = Path(sys.executable).parent
         kept = {name: value for name, value in os.environ.items() if name in ("LANG", "LC_ALL")}
         self._process = subprocess.Popen(
@@ -127,27 +134,64 @@ class Shell:
 
     def run(self, command: str) -> list[str]:
         """The lines that a command prints."""
-        if command == "meshcone serve":
-            return self._serve()
+        assignments = _ASSIGNMENTS.match(command)[0]  # type: ignore[index]  # it matches nothing, too
+        if command.removeprefix(assignments) in ADDRESSES:
+            return self._start(command.removeprefix(assignments), assignments)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        here = command.replace(ADDRESS, self._address)
-        self._process.stdin.write(f"{here}\necho; echo {_END}\n")
+        self._process.stdin.write(f"{self._here(command)}\necho; echo {_END}\n")
         self._process.stdin.flush()
         printed = []
         for line in self._process.stdout:
             if line.rstrip("\n") == _END:
                 break
-            printed.append(line.rstrip().replace(self._address, ADDRESS))
+            printed.append(self._shown(line.rstrip()))
         while printed and not printed[-1]:
             printed.pop()
         return printed
 
-    def _serve(self) -> list[str]:
-        files = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
-        service = self._stack.enter_context(starting(files))
-        self._address = service.url().removeprefix("http://")
-        return [f"MeshCone listens on http://{ADDRESS} (Ctrl-C ends it)"]
+    def _here(self, command: str) -> str:
+        for shown, real in self._addresses.items():
+            command = command.replace(shown, real)
+        return command
+
+    def _shown(self, line: str) -> str:
+        for shown, real in self._addresses.items():
+            line = line.replace(real, shown)
+        return line
+
+    def _start(self, server: str, assignments: str) -> list[str]:
+        shown = ADDRESSES[server]
+        if server == FILE_SERVER:
+            address = self._stack.enter_context(_files_served(self._directory))
+            said = "Serving HTTP on 127.0.0.1 port 8001 (http://127.0.0.1:8001/) ..."
+        else:
+            files = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
+            settings = dict(each.split("=", 1) for each in assignments.split())
+            service = self._stack.enter_context(starting(files, **settings))
+            address = service.url().removeprefix("http://")
+            said = f"MeshCone listens on http://{shown} (Ctrl-C ends it)"
+        self._addresses[shown] = address
+        return [said]
+
+
+@contextmanager
+def _files_served(directory: Path) -> Iterator[str]:
+    """Python's own file server, in a directory; where it listens."""
+    handler = partial(_Quiet, directory=str(directory))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever, args=[0.05])
+        thread.start()
+        try:
+            yield f"127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+class _Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_arguments: object) -> None:
+        pass
 
 
 @contextmanager
@@ -165,6 +209,24 @@ def demo_files() -> Iterator[Path]:
         yield Path(home) / "meshcone-demo"
 
 
+@contextmanager
+def made_files() -> Iterator[Path]:
+    """An empty home in which the files of the how-tos were made; their directory."""
+    with tempfile.TemporaryDirectory(prefix="meshcone-how-tos-") as home:
+        subprocess.run([sys.executable, MAKER], cwd=home, check=True, capture_output=True)
+        yield Path(home) / "meshcone-files"
+
+
+def how_tos() -> list[Path]:
+    """The documents whose examples run among the made files."""
+    documents = sorted((MAKER.parents[1] / "docs").glob("*.md"))
+    return [each for each in documents if _works_on_made_files(each.read_text())]
+
+
+def _works_on_made_files(text: str) -> bool:
+    return f"python examples/{MAKER.name}" in text
+
+
 def _rewritten(text: str, shell: Shell) -> str:
     """A document with what its commands print now; lines with … stay as they are."""
 
@@ -173,7 +235,8 @@ def _rewritten(text: str, shell: Shell) -> str:
         for example in _examples_of(match[2]):
             printed = shell.run(example.command)
             shown = example.shown if agree(example.shown, printed) else tuple(printed)
-            lines += ["$ " + example.command.replace("\n", "\n> "), *shown]
+            command = [f"> {each}".rstrip() for each in example.command.splitlines()]
+            lines += ["$ " + command[0].removeprefix("> "), *command[1:], *shown]
         return match[1] + "".join(f"{line}\n" for line in lines) + match[3]
 
     return _BLOCK.sub(block, text)
@@ -181,10 +244,11 @@ def _rewritten(text: str, shell: Shell) -> str:
 
 def main(documents: Sequence[str]) -> None:
     """Write into each document what its commands print."""
-    with demo_files() as files:
-        for document in map(Path, documents):
-            with Shell(files, files.parent) as shell:
-                document.write_text(_rewritten(document.read_text(), shell))
+    for document in map(Path, documents):
+        text = document.read_text()
+        among = made_files if _works_on_made_files(text) else demo_files
+        with among() as files, Shell(files, files.parent) as shell:
+            document.write_text(_rewritten(text, shell))
 
 
 if __name__ == "__main__":
