@@ -57,6 +57,18 @@ def test_the_image_is_built_from_every_package() -> None:
         assert f"!{package}\n" in ignored
 
 
+def test_the_image_is_named_after_the_version() -> None:
+    compose = (ROOT / "docker-compose.yml").read_text()
+
+    assert f"image: meshcone:{PROJECT['project']['version']}\n" in compose
+
+
+def test_the_changelog_has_the_version_below_what_is_not_released() -> None:
+    headings = re.findall(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+
+    assert headings[:2] == ["Unreleased", PROJECT["project"]["version"]]
+
+
 def test_every_dependency_is_pinned_to_one_version() -> None:
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pins = [line for line in lines if not line.startswith("#")]
