@@ -135,6 +135,10 @@ class Code(StrEnum):
         "primitives without vertices or with too few indices, which draw nothing",
     )
     INDICES_LEFT_OVER = "indices.left_over", "indices left over that make no whole triangle"
+    ACCESSORS_COUNT = (
+        "accessors.count",
+        "accessors that declare another count than the Draco data hold, which is what counts",
+    )
     EXTENSIONS_UNKNOWN = (
         "extensions.unknown",
         "the file requires an extension that is not known; it is read as if that moved no vertex",

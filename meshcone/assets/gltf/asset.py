@@ -23,6 +23,7 @@ from meshcone.assets.gltf.extensions import check_untouched
 from meshcone.assets.gltf.instancing import as_nodes
 from meshcone.assets.gltf.model import Model, write_file
 from meshcone.assets.gltf.moving import Moving
+from meshcone.assets.gltf.notices import miscounted_notices
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.regions import scene_regions
 from meshcone.assets.gltf.room import make_room
@@ -101,7 +102,7 @@ class GltfAsset(Asset):
             polygons=sum(len(placed.triangles) for placed in scene.primitives),
             meshes=len({(b.placement.node, b.placement.instance) for b in scene.blocks}),
             materials=len({placed.primitive.material for placed in scene.primitives} - {None}),
-            warnings=scene.warnings,
+            warnings=(*miscounted_notices(model.miscounted), *scene.warnings),
         )
         if model.container is not None:
             self.format = "glb"

@@ -122,9 +122,15 @@ def _check_version(root: Element) -> None:
     asset = root.child("asset")
     if asset is None:
         raise InputError("'asset' is missing: the JSON is not a glTF", place="/asset")
-    version = asset.text("version") or ""
+    version = _version(asset)
     needed = asset.text("minVersion") or "2.0"
     if not re.fullmatch(r"2\.\d{1,9}", version):
         raise asset.error("version", f"glTF version '{version[:20]}'; expected 2.0")
     if needed != "2.0":
         raise asset.error("minVersion", f"needs glTF '{needed[:20]}'; 2.0 is supported")
+
+
+def _version(asset: Element) -> str:
+    """What a file says of its version; some exporters write a number, and viewers read that."""
+    stated = asset.value.get("version", "")
+    return stated if isinstance(stated, str) else f"{asset.number('version'):.1f}"

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessors
+from meshcone.assets.gltf.accessors import Accessor, Accessors
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import Container, join_glb
 from meshcone.assets.gltf.document import Document, parse_document
 from meshcone.assets.gltf.draco.deflate import bitstream_accessors, deflate, replay
-from meshcone.assets.gltf.draco.inflate import DracoPrimitive, inflate
+from meshcone.assets.gltf.draco.inflate import inflate
+from meshcone.assets.gltf.draco.primitives import DracoPrimitive
 from meshcone.assets.gltf.meshopt import expand
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
@@ -48,6 +49,7 @@ class Model:
         document: without compressed geometry.
         compressed: how the file has it, if it is compressed with Draco.
         expanded: whether the file has some of it compressed with meshopt.
+        miscounted: accessors that declare another count than Draco data hold for them.
     """
 
     container: Container | None
@@ -58,6 +60,7 @@ class Model:
     policy: ReadPolicy
     compressed: Compressed | None = None
     expanded: bool = False
+    miscounted: tuple[Accessor, ...] = ()
 
     @staticmethod
     def read(
@@ -72,10 +75,14 @@ class Model:
         buffers = Buffers(document, container.binary if container else None, resources)
         expanded = expand(document, buffers, limits)
         document, buffers = expanded or (document, buffers)
-        plain, plain_buffers, primitives = inflate(document, buffers, limits)
-        compressed = Compressed(document, buffers, primitives) if primitives else None
-        model = Model.of(container, plain, plain_buffers, limits, policy, compressed)
-        return replace(model, expanded=expanded is not None)
+        compressed = None
+        miscounted: tuple[Accessor, ...] = ()
+        if inflated := inflate(document, buffers, limits):
+            compressed = Compressed(inflated.compressed, buffers, inflated.primitives)
+            document, buffers = inflated.plain, inflated.buffers
+            miscounted = inflated.miscounted
+        model = Model.of(container, document, buffers, limits, policy, compressed)
+        return replace(model, expanded=expanded is not None, miscounted=miscounted)
 
     @staticmethod
     def of(
@@ -96,7 +103,7 @@ class Model:
         model = Model.of(
             self.container, document, buffers, self.limits, self.policy, self.compressed
         )
-        return replace(model, expanded=self.expanded)
+        return replace(model, expanded=self.expanded, miscounted=self.miscounted)
 
     def store_positions(
         self, editor: BufferEditor, positions: NDArray[np.float64], moved: NDArray[np.bool_]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+from meshcone.assets.gltf.accessors import Accessor
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.nodes import Placements
@@ -41,6 +42,16 @@ class Findings:
 def scene_notices(document: Document, found: Findings) -> tuple[Notice, ...]:
     """One sentence for each kind of finding, however many there are."""
     return tuple(_notices(document, found))
+
+
+def miscounted_notices(accessors: Collection[Accessor]) -> tuple[Notice, ...]:
+    """That accessors declare other counts than what is decompressed for them has."""
+    if not accessors:
+        return ()
+    words = "declaring another count than its Draco data hold, which counts"
+    first = min(accessors, key=lambda accessor: accessor.index)
+    others = f" and {len(accessors) - 1:,} more" if len(accessors) > 1 else ""
+    return (Notice(Code.ACCESSORS_COUNT, f"accessor {first.index}{others}: {words}"),)
 
 
 def _notices(document: Document, found: Findings) -> Iterator[Notice]:

@@ -252,3 +252,10 @@ def test_sets_of_texture_coordinates_may_share_an_accessor_under_draco() -> None
     for policy in (WritePolicy(), WritePolicy(draco="encode")):
         again = read_asset("mesh.glb", asset.patched(asset.vertices + 1, policy))
         assert np.allclose(again.vertices, asset.vertices + 1, atol=1e-4)
+
+
+def test_the_version_may_be_a_number() -> None:
+    gltf = cube_gltf()
+    gltf.json["asset"]["version"] = 2
+
+    assert read(gltf).counts().faces == 12

@@ -13,7 +13,8 @@ from meshcone.assets import Asset, Limits, WritePolicy, read_asset
 from meshcone.assets.gltf.decoding import process
 from meshcone.assets.gltf.draco.decoder import DracoData, decode_draco
 from meshcone.errors import InputError, InternalError, LimitError
-from tests.unit.assets.builders import DRACO, Gltf, chunks, compress, cube_gltf
+from meshcone.notices import Code
+from tests.unit.assets.builders import DRACO, Gltf, chunks, compress, cube_gltf, stored
 
 ENCODE = WritePolicy(draco="encode")
 
@@ -131,6 +132,73 @@ def test_integers_are_compressed_again_as_they_are():
     assert read(data).vertices == pytest.approx(asset.vertices * 1000, abs=1000 / 2**16)
 
 
+def two_orders() -> Gltf:
+    """Two cubes whose exporter gave them one index accessor before it put each in its own order."""
+    gltf = cube_gltf()
+    first = gltf.json["meshes"][0]["primitives"][0]
+    rows = np.random.default_rng(3).permutation(24)
+    attributes = {}
+    for name, index in first["attributes"].items():
+        values = stored(gltf, index)[rows]
+        attributes[name] = gltf.accessor(values + np.float32(2 * (name == "POSITION")))
+    again = np.argsort(rows)[stored(gltf, first["indices"])].astype(np.uint16)
+    second = {"attributes": attributes, "indices": gltf.accessor(again)}
+    gltf.node(mesh=gltf.mesh(second))
+    compress(compress(gltf), mesh=1)
+    second["indices"] = first["indices"]
+    return gltf
+
+
+def test_each_bitstream_has_indices_of_its_own_where_its_document_shares_them():
+    asset = read(two_orders().glb())
+    expected = read(cube_gltf().glb())
+    corners = expected.vertices[expected.faces]
+    found = asset.vertices[asset.faces]
+    assert found == pytest.approx(np.concatenate([corners, corners + 2]), abs=1e-5)
+
+
+@pytest.mark.parametrize("policy", [WritePolicy(), ENCODE])
+def test_what_shared_its_indices_is_written_with_indices_of_its_own(policy):
+    asset = read(two_orders().glb())
+    moved = asset.vertices * 3
+    after = read(asset.patched(moved, policy))
+    before = moved[asset.faces]
+    assert after.vertices[after.faces] == pytest.approx(before, abs=9 / 2**16)
+
+
+def miscounted(vertices: int, indices: int) -> Gltf:
+    """A cube whose document declares other counts than it has."""
+    gltf = cube()
+    for accessor in gltf.json["accessors"][:3]:
+        accessor["count"] = vertices
+    gltf.json["accessors"][3]["count"] = indices
+    return gltf
+
+
+@pytest.mark.parametrize("declared", [(20, 36), (30, 36), (24, 39)])
+def test_what_a_bitstream_holds_counts_and_not_what_the_document_declares(declared):
+    asset = read(miscounted(*declared).glb())
+    expected = read(cube().glb())
+    assert asset.positions.tolist() == expected.positions.tolist()
+    assert asset.faces.tolist() == expected.faces.tolist()
+    assert [each.code for each in asset.warnings] == [Code.ACCESSORS_COUNT]
+
+
+@pytest.mark.parametrize("policy", [WritePolicy(), ENCODE])
+def test_counts_are_put_right_where_a_mesh_is_written(policy):
+    asset = read(miscounted(20, 39).glb())
+    written = asset.patched(asset.vertices + 1, policy)
+    counts = [accessor["count"] for accessor in chunks(written)[0]["accessors"]]
+    assert counts == [24, 24, 24, 36]
+    assert read(written).vertices == pytest.approx(asset.vertices + 1, abs=2 / 2**16)
+    assert not read(written).warnings
+
+
+def test_more_vertices_than_are_declared_count_against_the_limits():
+    with pytest.raises(LimitError):
+        read_asset("mesh.glb", miscounted(20, 36).glb(), limits=Limits(vertices=22))
+
+
 def test_a_bitstream_two_meshes_read_cannot_be_compressed_again():
     gltf = cube()
     gltf.json["meshes"].append(json.loads(json.dumps(gltf.json["meshes"][0])))
@@ -219,7 +287,10 @@ def make_sparse(gltf: Gltf) -> None:
         (lambda g: g.json["meshes"][0]["primitives"][0].update(mode=5), "lists of triangles"),
         (lambda g: g.json["accessors"][3].update(count=33), "12 triangles, the accessor 11"),
         (lambda g: g.json["accessors"][1].update(count=23), "23 of NORMAL for 24"),
-        (lambda g: g.json["accessors"][2].update(type="VEC3"), r"hold 24 × 2"),  # noqa: RUF001
+        (
+            lambda g: g.json["accessors"][2].update(type="VEC3"),
+            "3 components of an element, the Draco data hold 2",
+        ),
         (make_sparse, "not supported together with"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=9), "cut short"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=60), "damaged"),

@@ -44,6 +44,11 @@ class DracoMesh:
     faces: NDArray[Any]
     attributes: dict[int, NDArray[Any]]
 
+    @property
+    def vertices(self) -> int:
+        """How many vertices it has."""
+        return max(map(len, self.attributes.values()), default=0)
+
 
 def decode_draco(blobs: Sequence[DracoData]) -> list[DracoMesh]:
     """Decode bitstreams.
@@ -71,7 +76,8 @@ def check_header(blob: DracoData) -> None:
     Source: Draco bitstream specification 2.2, "Draco Header" and "Decode Connectivity Data".
 
     Raises:
-        InputError: it is no mesh of bitstream 2, or has other triangles or more vertices.
+        InputError: it is no mesh of bitstream 2, or has more triangles or vertices than those that
+            are declared can have come from.
     """
     if len(blob.data) < _HEADER.size:
         raise InputError("the Draco data are cut short", place=blob.place)
@@ -87,7 +93,7 @@ def check_header(blob: DracoData) -> None:
     first, start = _varint(blob, start)
     second, _ = _varint(blob, start)
     triangles, vertices = (first, second) if method == _SEQUENTIAL else (second, first)
-    if triangles != blob.triangles:
+    if triangles > blob.triangles:
         raise InputError(
             f"the Draco data declare {triangles:,} triangles, the accessor {blob.triangles:,}",
             place=blob.place,

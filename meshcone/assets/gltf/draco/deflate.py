@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
-from meshcone.assets.gltf.draco.inflate import DracoPrimitive
+from meshcone.assets.gltf.draco.primitives import DracoPrimitive
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.extensions import DRACO
 from meshcone.assets.gltf.write import BufferEditor
@@ -150,6 +150,10 @@ def _encode(
         draft.put(("accessors", accessor.index, "componentType"), _FLOAT)
         draft.put(("accessors", accessor.index, "normalized"), False)
     _put_bounds(draft, accessor, stored["data"].astype(positions.dtype))
+    for _, declared in primitive.filled():
+        count = editor.accessors.describe(declared.index).count
+        if count != declared.count:
+            draft.put(("accessors", declared.index, "count"), count)
     draft.replace(primitive.view, data)
     return {name: others.get(name, stored["unique_id"]) for name in values}
 
