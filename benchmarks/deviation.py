@@ -2,34 +2,37 @@
 
     OMP_NUM_THREADS=1 python benchmarks/deviation.py [--data DIRECTORY] [--all] [--dense N]
 
-Each shape is damaged in several ways and compared with itself as it was, both ways. A row has the
-interval, relative to the radius; processor seconds; the pieces made; and the largest distance of
-5,000 and 100,000 samples, as shares of the proven upper end. N points more (200,000) are then drawn
-on each surface: none may be farther than the upper end, which ends the benchmark with an error.
-The second table is of pairs that are hard for a search, or for samples.
+Each shape is damaged in several ways, or damaged and refined, and compared with itself as it was,
+both ways. A row has the interval, relative to the radius; processor seconds; the pieces made; what
+a certificate stores of them; and the largest distance of 5,000 and 100,000 samples, as shares of
+the proven upper end. N points more (200,000) are then drawn on each surface: none may be farther
+than the upper end, which ends the benchmark with an error. The second table is of pairs that are
+hard for a search, or for samples; the last has a row for each damage.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-from reference_shapes import Shape, made_shapes, sphere, stored_shapes
+from reference_shapes import Shape, bumpy_torus, made_shapes, sphere, stored_shapes
 from rich.console import Console
 from rich.table import Table
 
-from meshcone.options import DeviationOptions
+from meshcone.options import DeviationOptions, parse_options
+from meshcone.program.rounds import refine_surface
 from meshcone.quality.deviation.check import check_leaves
 from meshcone.quality.deviation.interval import Asked, Interval, directed_deviation
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 
-_VERTICES = 10_000
+_VERTICES, _LARGE = 10_000, 200_000
 _SAMPLES = (5_000, 100_000)
 _ROUNDING = 1e-9
 
@@ -43,6 +46,7 @@ class Row:
     Attributes:
         seconds: processor seconds of the search.
         checked: processor seconds of proving the upper end again from its leaves.
+        stored: bytes that a certificate takes for the leaves.
         sampled: largest distance of as many samples, as a share of the upper end.
     """
 
@@ -52,6 +56,7 @@ class Row:
     found: Interval
     seconds: float
     checked: float
+    stored: int
     sampled: tuple[float, ...]
 
 
@@ -68,8 +73,7 @@ def main() -> None:
     rows = [row for shape in shapes for row in _of_shape(shape, given.dense)]
     _print("damaged shapes", rows)
     _print("hard pairs", list(_hard(given.dense)))
-    seconds = [row.seconds for row in rows]
-    print(f"median {np.median(seconds):.2f} s, largest {max(seconds):.2f} s a direction")
+    _print_damages(rows)
 
 
 def _of_shape(shape: Shape, dense: int) -> Iterator[Row]:
@@ -99,7 +103,9 @@ def _measured(name: str, damage: str, mesh: Mesh, reference: Mesh, dense: int) -
     farthest = _sampled(mesh, tree, dense, seed=1)
     if max(farthest - found.upper, again - found.upper, found.lower - found.upper) > _ROUNDING:
         raise SystemExit(f"{name} {damage}: {farthest} or {again} is beyond {found}")
-    return Row(name, damage, len(mesh.faces), found, seconds, checked, sampled)
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **found.leaves.arrays())
+    return Row(name, damage, len(mesh.faces), found, seconds, checked, packed.tell(), sampled)
 
 
 def _sampled(mesh: Mesh, tree: SurfaceTree, count: int, seed: int = 0) -> float:
@@ -141,6 +147,11 @@ def _quantised(mesh: Mesh) -> Mesh:
     return mesh.moved_to(np.round(mesh.vertices / step) * step)
 
 
+def _refined(mesh: Mesh) -> Mesh:
+    noisy = _noisy(0.02)(mesh)
+    return mesh.moved_to(refine_surface(noisy, mesh, parse_options({"effort": "fast"})).positions)
+
+
 DAMAGES: dict[str, Callable[[Mesh], Mesh]] = {
     "itself": lambda mesh: mesh.moved_to(mesh.vertices.copy()),
     "subdivided": _subdivided,
@@ -148,11 +159,12 @@ DAMAGES: dict[str, Callable[[Mesh], Mesh]] = {
     "noise 2 %": _noisy(0.02),
     "decimated to 25 %": _decimated,
     "quantised, 12 bits": _quantised,
+    "noise 2 %, refined": _refined,
 }
 
 
 def _hard(dense: int) -> Iterator[Row]:
-    ball = sphere(_VERTICES)
+    ball, large = sphere(_VERTICES), bumpy_torus(_LARGE)
     spiked = ball.vertices.copy()
     spiked[77] *= 1.05
     foot = ball.vertices[500]
@@ -165,6 +177,8 @@ def _hard(dense: int) -> Iterator[Row]:
         "coplanar, other grids": (_plate(70), _plate(83)),
         "plateau: sphere over sphere": (ball.moved_to(1.2 * ball.vertices), sphere(2_500)),
         "middle of two plates": (_plate(20, 0.1), _merged(_plate(20), _plate(21, 0.2))),
+        "400,000 faces, noise": (_noisy(0.002)(large), large),
+        "400,000 faces, decimated": (_decimated(large), large),
         "10,000 radii away": (ball.moved_to(ball.vertices + np.array([1e4, 0, 0])), ball),
     }
     for name, pair in pairs.items():
@@ -194,7 +208,7 @@ def _plate(steps: int, height: float = 0.0, *, turned: bool = False) -> Mesh:
 def _print(title: str, rows: list[Row]) -> None:
     table = Table(title=title)
     table.add_column("pair")
-    headings = ("faces", "lower", "upper", "narrow", "cpu s", "check s", "pieces")
+    headings = ("faces", "lower", "upper", "narrow", "cpu s", "check s", "pieces", "kB")
     for heading in (*headings, *(f"{count:,}" for count in _SAMPLES)):
         table.add_column(heading, justify="right")
     for row in rows:
@@ -208,7 +222,30 @@ def _print(title: str, rows: list[Row]) -> None:
             f"{row.seconds:.2f}",
             f"{row.checked:.2f}",
             f"{found.pieces:,}",
+            f"{row.stored / 1000:,.0f}",
             *(f"{share:.2f}" if found.upper > _ROUNDING else "" for share in row.sampled),
+        )
+    Console(width=150).print(table)
+
+
+def _print_damages(rows: Iterable[Row]) -> None:
+    table = Table(title="processor seconds a direction")
+    table.add_column("damage")
+    for heading in ("directions", "narrow", "median", "largest", "largest check", "largest kB"):
+        table.add_column(heading, justify="right")
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(row.damage, []).append(row)
+    for name, group in {**groups, "all": list(rows)}.items():
+        seconds = [row.seconds for row in group]
+        table.add_row(
+            name,
+            str(len(group)),
+            str(sum(row.found.answered for row in group)),
+            f"{np.median(seconds):.2f}",
+            f"{max(seconds):.2f}",
+            f"{max(row.checked for row in group):.2f}",
+            f"{max(row.stored for row in group) / 1000:,.0f}",
         )
     Console(width=150).print(table)
 
