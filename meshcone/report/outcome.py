@@ -31,8 +31,8 @@ def decide_outcome(
     3. ``indistinguishable``: input and refined are both at the floor;
     4. ``kept``: every answer was worse than the input somewhere, which is returned;
     5. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
-    6. ``indistinguishable``: input and refined differ by no more than the floor and twice
-       the standard error of the difference;
+    6. ``undecided``: input and refined differ by no more than the floor and twice the standard
+       error of the difference;
     7. ``improved`` or ``worse``.
 
     Args:
@@ -56,7 +56,7 @@ def decide_outcome(
     was, now = before.point_to_surface.mean, after.point_to_surface.mean
     error = math.hypot(_standard_error(before, samples), _standard_error(after, samples))
     if abs(now - was) <= floor.point_to_surface.mean + ROUNDING + _STANDARD_ERRORS * error:
-        return "indistinguishable"
+        return "undecided"
     return "improved" if now < was else "worse"
 
 

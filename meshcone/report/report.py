@@ -22,6 +22,7 @@ from meshcone.report.within import WithinRecord
 Outcome = Literal[
     "improved",
     "indistinguishable",
+    "undecided",
     "unchanged",
     "kept",
     "misaligned",

@@ -10,7 +10,9 @@ _ROUNDING = 1e-12  # of distances that are zero
 _OUTCOMES = {
     "improved": "on average the refined surface lies {times} times closer to the reference than "
     "the input",
-    "indistinguishable": "input and refined mesh are equally close, as far as samples can tell",
+    "indistinguishable": "the input lay on the reference already, as closely as files store "
+    "positions",
+    "undecided": "input and refined mesh are equally close, as far as samples can tell",
     "unchanged": "no vertex moved",
     "kept": "every answer found was worse somewhere, so the input is returned",
     "misaligned": "source and reference do not fit, so the input is returned",

@@ -5,7 +5,8 @@ import { number, times, words } from "meshcone/format";
 
 const OUTCOMES = {
   improved: "closer to its reference than it was",
-  indistinguishable: "cannot be told from what it is compared with, by the samples taken",
+  indistinguishable: "on its reference, as closely as files store positions",
+  undecided: "as close as it was, as far as samples can tell",
   unchanged: "no vertex moved",
   kept: "the input: every answer found was worse somewhere",
   misaligned: "the input: source and reference do not fit",

@@ -63,7 +63,7 @@ def test_a_difference_within_two_standard_errors_is_none() -> None:
     within = decide_outcome(before, at(0.0973, 0.1), BALL.floor, SAMPLES, 0.1, SOLVED)
     beyond = decide_outcome(before, at(0.0970, 0.1), BALL.floor, SAMPLES, 0.1, SOLVED)
 
-    assert (within, beyond) == ("indistinguishable", "improved")
+    assert (within, beyond) == ("undecided", "improved")
 
 
 def test_a_mesh_can_be_told_from_its_reference_above_the_floor() -> None:
