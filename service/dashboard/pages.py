@@ -35,9 +35,9 @@ class _Kind:
 
 
 _KINDS = {
-    "jobs": _Kind("Jobs", "jobs-page", "lists.css"),
+    "jobs": _Kind("Jobs", "jobs-page", "jobs.css"),
     "job": _Kind("Job", "job-page", "job.css"),
-    "compare": _Kind("Compare", "compare-page", "lists.css"),
+    "compare": _Kind("Compare", "compare-page", "compare.css"),
     "docs": _Kind("API", "docs-page"),
 }
 

@@ -18,7 +18,7 @@ from meshcone.gates.words import names_in_words
 from service.dashboard.static_files import own_names, required
 
 _FRAME = Path(__file__).parent / "frame.html"
-_STYLES = ("dashboard.css", "job.css", "lists.css")
+_STYLES = ("dashboard.css", "job.css", "jobs.css")
 _START = 'import "meshcone/report-page";'
 # Those that did not pass come first; a file with all meshes of a large run would be too big.
 MOST_PREVIEWS = 12

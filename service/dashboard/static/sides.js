@@ -1,6 +1,6 @@
 // Two meshes and the files they name: whose each is, and how a command tells them apart.
 
-const MESHES = /\.(obj|gltf|glb|ply|stl|off|zip|step|stp|3mf|usd[acz]?|xyz)$/i;
+export const MESHES = /\.(obj|gltf|glb|ply|stl|off|zip|step|stp|3mf|usd[acz]?|xyz)$/i;
 const LIKE_A_REFERENCE = /(ref|reference|target|truth|gt|clean|hi|high|highpoly|original)([^a-z]|$)/i;
 
 /** The files of a drop, those in folders too, each with the path of its folder ("" or "new/"). */

@@ -1,14 +1,16 @@
 // A new job: two meshes dropped or chosen, each with the files it names, and the options as a form.
 
 import { askForKey, authorization, Problem, said } from "meshcone/api";
+import { opened } from "meshcone/archive";
 import { byId, h } from "meshcone/dom";
 import { bytes } from "meshcone/format";
 import { pairWords } from "meshcone/job-words";
 import { optionsForm } from "meshcone/options-form";
-import { droppedFiles, sorted } from "meshcone/sides";
+import { samplePair } from "meshcone/sample";
+import { droppedFiles, MESHES, sorted } from "meshcone/sides";
 
 const SIDES = ["source", "reference"];
-const EMPTY = { source: "Choose or drop the mesh to refine", reference: "Choose or drop what it should have been" };
+const EMPTY = { source: "Choose or drop the mesh to judge", reference: "Choose or drop what it should have been" };
 
 // Each mesh, where it lay, and what it names; files of both where nothing says whose they are.
 const chosen = { source: null, reference: null, resources: { source: [], reference: [], both: [] } };
@@ -35,10 +37,20 @@ function show() {
   }
   byId("send").disabled = chosen.source === null;
   byId("send").textContent = chosen.source && !chosen.reference ? "Audit the source alone" : "Start the job";
+  byId("intent").textContent = intent();
+}
+
+/** What would be done with what was chosen, before it is sent. */
+function intent() {
+  const { source, reference } = chosen;
+  if (source && reference) return `${source.file.name} is judged against ${reference.file.name}. The other way round? Swap them.`;
+  return source ? `${source.file.name} is audited by itself.` : "";
 }
 
 /** Take files that came together; the side they were dropped on or chosen for, if any, decides. */
-function take(files, side) {
+async function take(came, side) {
+  open();
+  const files = await opened(came, MESHES);
   const { meshes, beside } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
   for (const [place, mesh] of Object.entries(meshes)) {
     // What the mesh before it named is not for this one; what came before any mesh is.
@@ -54,8 +66,12 @@ function take(files, side) {
   show();
 }
 
-function tell(kind, ...content) {
-  byId("submit-state").replaceChildren(h("p", { class: kind ? `notice ${kind}` : "hint" }, ...content));
+function open() {
+  if (!byId("new-dialog").open) byId("new-dialog").showModal();
+}
+
+function tell(place, kind, ...content) {
+  byId(place).replaceChildren(h("p", { class: `notice ${kind}` }, ...content));
 }
 
 /** Post a form; fetch would not say how much of it has been sent. */
@@ -108,9 +124,11 @@ async function submit(event) {
     }
     Object.assign(chosen, { source: null, reference: null, resources: { source: [], reference: [], both: [] } });
     for (const input of document.querySelectorAll(".slot input")) input.value = "";
-    tell("good", `Accepted: ${pairWords(job)}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
+    byId("submit-state").replaceChildren();
+    byId("new-dialog").close();
+    tell("sent", "good", `Accepted: ${pairWords(job)}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
   } catch (error) {
-    tell("error", said(error));
+    tell("submit-state", "error", said(error));
   } finally {
     show();
   }
@@ -129,23 +147,37 @@ async function showOptions() {
   }
 }
 
-export function startSubmitting() {
+/** The whole page is a place to drop on: nobody loses the page over an inch. */
+function startDropping() {
   const drop = byId("drop");
-  for (const slot of drop.querySelectorAll(".slot")) {
-    slot.querySelector("input").addEventListener("change", (event) => take([...event.target.files].map((file) => ({ file, folder: "" })), slot.dataset.slot));
-  }
-  // The whole page is a place to drop on: nobody loses the page over an inch.
   let over = 0;
-  addEventListener("dragenter", (event) => { event.preventDefault(); over += 1; drop.classList.add("over"); });
-  addEventListener("dragleave", () => { over -= 1; if (over <= 0) drop.classList.remove("over"); });
+  const hover = (count) => {
+    over = Math.max(0, count);
+    drop.classList.toggle("over", over > 0);
+    byId("veil").hidden = over === 0 || byId("new-dialog").open;
+  };
+  addEventListener("dragenter", (event) => { event.preventDefault(); hover(over + 1); });
+  addEventListener("dragleave", () => hover(over - 1));
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", async (event) => {
     event.preventDefault();
-    over = 0;
-    drop.classList.remove("over");
+    hover(0);
     const side = event.target.closest?.(".slot")?.dataset.slot;
-    take(await droppedFiles(event.dataTransfer), side);
+    const files = await droppedFiles(event.dataTransfer);
+    if (files.length) await take(files, side);
   });
+}
+
+/** Make the form work; gives the ways to open it. */
+export function startSubmitting() {
+  for (const slot of byId("drop").querySelectorAll(".slot")) {
+    slot.querySelector("input").addEventListener("change", (event) => take([...event.target.files].map((file) => ({ file, folder: "" })), slot.dataset.slot));
+  }
+  startDropping();
+  const fillInSample = () => take(samplePair());
+  byId("new-job").addEventListener("click", open);
+  byId("close-new").addEventListener("click", () => byId("new-dialog").close());
+  byId("sample").addEventListener("click", fillInSample);
   byId("swap").addEventListener("click", () => {
     const { resources } = chosen;
     [chosen.source, chosen.reference] = [chosen.reference, chosen.source];
@@ -155,4 +187,5 @@ export function startSubmitting() {
   byId("options").addEventListener("toggle", showOptions);
   byId("submit").addEventListener("submit", submit);
   show();
+  return { open, fillInSample };
 }

@@ -70,17 +70,27 @@ def test_a_phone_scrolls_down_and_never_aside(
     assert faults.said == []
 
 
+def tabbed(page: Page, presses: int) -> set[str]:
+    """Names, ids and classes of what is reached by pressing Tab."""
+    reached: set[str] = set()
+    for _ in range(presses):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("document.activeElement.name || document.activeElement.id"))
+        reached.add(page.evaluate("document.activeElement.className"))
+    return reached
+
+
 def test_everything_on_the_jobs_page_is_reached_by_the_keyboard(page: Page, refined: Job) -> None:
     open_page(page, "jobs", refined)
     page.keyboard.press("Tab")
     expect(page.get_by_role("link", name="Skip to content")).to_be_focused()
-    reached: set[str] = set()
-    for _ in range(40):
-        page.keyboard.press("Tab")
-        reached.add(page.evaluate("document.activeElement.name || document.activeElement.id"))
-        reached.add(page.evaluate("document.activeElement.className"))
+    assert {"new-job", "name", "order", "theme", "pair", "part fail"} <= tabbed(page, 30)
 
-    assert {"source", "reference", "label", "state", "verdict", "theme", "pair"} <= reached
+    page.locator("#new-job").press("Enter")
+    assert {"close-new", "source", "reference", "swap", "label", "sample"} <= tabbed(page, 9)
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+    expect(page.locator("#new-job")).to_be_focused()
 
 
 def test_the_api_is_described_without_another_host(page: Page, refined: Job) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import io
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,14 +26,12 @@ def exports(tmp_path: Path) -> Path:
 
 def drop_from_disk(page: Page, paths: Sequence[Path]) -> None:
     """Drop files and folders as a file manager does, which no script of a page can."""
-    box = page.locator("#drop-hint").bounding_box()
-    assert box is not None
     session = page.context.new_cdp_session(page)
     dragged = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
     for kind in ("dragEnter", "dragOver", "drop"):
         session.send(
             "Input.dispatchDragEvent",
-            {"type": kind, "x": box["x"] + 5, "y": box["y"] + 5, "data": dragged},
+            {"type": kind, "x": 600, "y": 400, "data": dragged},
         )
 
 
@@ -65,6 +65,21 @@ def test_two_dropped_folders_are_the_two_sides(page: Page, client: Client, expor
 
     assert_apart(job)
     assert client.report(job.id)["outcome"] == "improved"
+
+
+def test_a_zip_of_two_exports_is_opened_and_its_folders_are_the_two_sides(
+    page: Page, client: Client, exports: Path
+) -> None:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(exports.glob("*/*")):
+            archive.write(path, path.relative_to(exports))
+    page.goto("/")
+    drop(page, "main", {"both.zip": packed.getvalue()})
+    expect(page.locator(".slot[data-slot=source]")).to_contain_text("both.zip/new/a.gltf")
+    expect(page.locator(".slot[data-slot=reference]")).to_contain_text("both.zip/old/a.gltf")
+
+    assert_apart(sent(page, client, "one zip"))
 
 
 def test_files_chosen_for_a_side_belong_to_it(page: Page, client: Client, exports: Path) -> None:

@@ -1,0 +1,39 @@
+// A job as a row of the table: what it is, what came of it, and what is worst about it.
+
+import { h } from "meshcone/dom";
+import { age, dateTime } from "meshcone/format";
+import { chip, hasEnded, outcomeWords, projectTag, stageWords, waitWords, worstWords } from "meshcone/job-words";
+
+function nameCell(job) {
+  const labels = job.labels.map((label) => h("a", { class: "tag", href: `/?${new URLSearchParams({ label })}` }, label));
+  return h("td", { class: "job-cell" },
+    h("a", { class: "pair", href: `/jobs/${job.id}` }, h("span", { class: "name" }, job.source.name), job.reference && h("span", { class: "against" }, ` → ${job.reference.name}`)),
+    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels));
+}
+
+/** What came of it: the verdict before anything else, and the outcome beside it. */
+function resultCell(job) {
+  const cell = (...content) => h("td", { class: "result-cell" }, content);
+  if (job.state === "running") {
+    return cell(chip("running"),
+      h("progress", { max: 1, value: job.progress?.fraction ?? 0, "aria-label": `progress of ${job.source.name}` }),
+      h("span", { class: "hint" }, stageWords(job.progress)));
+  }
+  if (job.state === "queued") return cell(chip("queued"), h("span", { class: "hint" }, waitWords(job)));
+  if (job.state === "failed") return cell(chip("error"));
+  if (job.state === "canceled") return cell(chip("canceled"));
+  const outcome = job.summary?.outcome;
+  return cell(job.verdict ? chip(job.verdict) : chip("done", "no gates"),
+    outcome && h("span", { class: "hint", title: `${job.source.name} is ${outcomeWords(outcome)}` }, outcome.replaceAll("_", " ")));
+}
+
+/** @param {Object} job as the list tells of it */
+export function jobRow(job) {
+  const words = job.error ? job.error.detail : worstWords(job.summary);
+  const ending = job.state === "failed" ? "error" : job.verdict ?? "";
+  return h("tr", { "data-id": job.id, class: hasEnded(job) ? ending : "" },
+    nameCell(job),
+    resultCell(job),
+    h("td", { class: "worst" }, h("span", { title: words }, words)),
+    h("td", { class: "right soft age" }, h("time", { datetime: job.created, title: dateTime(job.created) }, age(job.created))));
+}
