@@ -24,6 +24,7 @@ class Row:
         vertices, faces: of the degraded mesh.
         before, after, reference_aspect_ratio: measures; ``after`` is None without a result.
         flipped: faces the method turned against the reference.
+        harm: in what the result is worse than the input, by the rule the engine itself follows.
         seconds: the method alone.
         trouble: why there is no result.
         failed: whether that is the method's fault, and not a limit set here.
@@ -38,6 +39,7 @@ class Row:
     reference_aspect_ratio: float
     after: Measures | None = None
     flipped: int = 0
+    harm: tuple[str, ...] = ()
     seconds: float = 0.0
     trouble: str = ""
     failed: bool = False
@@ -107,5 +109,6 @@ def run_method(method: Method, pair: Pair, yardstick: Yardstick, blank: Row) -> 
         blank,
         after=yardstick.measure(after),
         flipped=yardstick.flipped(pair.source, after),
+        harm=yardstick.harm(pair.source, after),
         seconds=seconds,
     )

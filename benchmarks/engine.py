@@ -11,7 +11,8 @@ Columns: point-to-surface distance refined over input (median, 90th percentile, 
 the largest median aspect ratio over the input's; "excess", the same over the larger of the
 input's and the reference's own; "flips", faces turned against the reference (see flips.py)
 and on how many shapes; "worse", shapes farther from the reference than their input;
-"beaten", shapes where a peer is nearer and has better normals, both; "s", median seconds.
+"harmed", shapes worse than their input by the rule the engine itself follows; "beaten",
+shapes where a peer is nearer and has better normals, both; "s", median seconds.
 """
 
 from __future__ import annotations

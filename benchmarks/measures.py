@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from flips import FacingReference, flipped_faces
 
+from meshcone.options import Options
+from meshcone.quality.harm import HarmCheck
 from meshcone.quality.metrics import ClosestTriangles, aspect_ratio
 from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.surface import Mesh
@@ -52,6 +54,12 @@ class Yardstick:
     def flipped(self, before: Mesh, after: Mesh) -> int:
         """Count the faces turned against the reference."""
         return flipped_faces(before, after, self._facing)
+
+    def harm(self, before: Mesh, after: Mesh) -> tuple[str, ...]:
+        """Say in what a mesh with the same faces is worse than before, a clause each."""
+        pairs = Options().quality.intersection_pairs
+        check = HarmCheck(before, self._reference.mesh, self.tree, pairs)
+        return tuple(check.objections(after.vertices))
 
 
 def usable(mesh: Mesh) -> bool:

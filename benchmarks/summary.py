@@ -71,6 +71,7 @@ def _summary(rows: Sequence[Row], everything: Sequence[Row]) -> dict[str, Any]:
         "aspect_excess_over": _by_size({r.shape: r.aspect_excess for r in done}, _ASPECT_LIMIT),
         "flipped": _by_size({row.shape: row.flipped for row in done}, 0),
         "worse_than_input": _by_size({row.shape: row.ratio for row in done}, 1),
+        "harmed": {row.shape: row.harm for row in done if row.harm},
         "beaten": {} if rows[0].method in PEERS else _beaten(done, everything),
         "seconds_median": float(np.median([row.seconds for row in done])),
         "seconds": sum(row.seconds for row in done),
@@ -102,7 +103,17 @@ def _table(degradation: str, records: Iterable[dict[str, Any]]) -> Table:
     for title in ("shapes", "median", "p90", "worst"):
         table.add_column(title, justify="right")
     table.add_column("worst on")
-    for title in ("normals", "aspect", "excess", "flips", "worse", "beaten", "s", "not run"):
+    for title in (
+        "normals",
+        "aspect",
+        "excess",
+        "flips",
+        "worse",
+        "harmed",
+        "beaten",
+        "s",
+        "not run",
+    ):
         table.add_column(title, justify="right")
     for record in records:
         table.add_row(*_cells(record))
@@ -112,7 +123,7 @@ def _table(degradation: str, records: Iterable[dict[str, Any]]) -> Table:
 def _cells(record: dict[str, Any]) -> list[str]:
     not_run = str(record["skipped"] + len(record["failed"]))
     if not record["shapes"]:
-        return [record["method"], "0", *["-"] * 11, not_run]
+        return [record["method"], "0", *["-"] * 12, not_run]
     flips = record["flipped"]
     return [
         record["method"],
@@ -122,6 +133,7 @@ def _cells(record: dict[str, Any]) -> list[str]:
         *(f"{record[name]:.3f}" for name in ("normals", "aspect_change", "aspect_excess")),
         f"{sum(flips.values())} on {len(flips)}",
         str(len(record["worse_than_input"])),
+        str(len(record["harmed"])),
         "-" if record["method"] in PEERS else str(len(record["beaten"])),
         f"{record['seconds_median']:.2f}",
         not_run,
@@ -142,6 +154,8 @@ def _exceptions(record: dict[str, Any]) -> Iterable[str]:
     ):
         if record[key]:
             yield f"{who} {label}: {_named(record[key])}"
+    for shape, reasons in record["harmed"].items():
+        yield f"{who} harmed {shape}: {'; '.join(reasons)}"
     if record["beaten"]:
         pairs = [f"{shape} ({', '.join(peers)})" for shape, peers in record["beaten"].items()]
         yield f"{who} a peer is nearer and has better normals: {'; '.join(pairs)}"
