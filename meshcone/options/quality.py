@@ -40,8 +40,8 @@ class QualityOptions(Section):
         5_000_000,
         ge=0,
         le=100_000_000,
-        description="pairs of faces that may be tested for self-intersections, about a "
-        "microsecond each; a mesh that has more is not tested",
+        description="pairs of faces that may be tested for self-intersections, some "
+        "seconds for ten million; a mesh that has more is not tested",
     )
     appearance: bool = Field(
         True,

@@ -7,6 +7,7 @@ import numpy as np
 from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
+from meshcone.surface.box_tree import BoxTree
 
 # Relative to the reference's radius.
 _WIDEST = 1e-4
@@ -29,9 +30,9 @@ def count_cracks(mesh: Mesh, most_pairs: int) -> int | None:
     ends = np.stack([mesh.faces[sides], np.roll(mesh.faces, -1, axis=1)[sides]], axis=1)
     corners = mesh.vertices[ends]
     cracked = np.zeros(len(ends), dtype=bool)
-    low, high = corners.min(axis=1) - _WIDEST / 2, corners.max(axis=1) + _WIDEST / 2
+    tree = BoxTree.of(mesh.vertices, ends[:, [0, 1, 1]])
     try:
-        for first, second in overlapping_pairs(low, high, most_pairs):
+        for first, second in overlapping_pairs(tree, most_pairs, within=_WIDEST):
             apart = ~(ends[first][:, :, None] == ends[second][:, None, :]).any(axis=(1, 2))
             for one, other in ((first[apart], second[apart]), (second[apart], first[apart])):
                 cracked[one[_distances(corners, one, other) <= _WIDEST]] = True

@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.surface import Mesh
+from meshcone.surface.arrays import Floats
+from meshcone.surface.box_tree import BoxTree
 from tests.meshes import sheet, sphere, torus
 
 TRIANGLE = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0.0]])
@@ -65,6 +67,14 @@ def test_neighbours(corners: list[list[float]], faces: list[list[int]], expected
     assert count(two(corners, faces)) == expected
 
 
+def test_a_speck_on_a_large_face_counts_whichever_of_them_comes_first() -> None:
+    """The speck lies in the face's plane; a last digit of it tilts the plane of the speck."""
+    speck = np.array([[1, 1, 0], [1.0001, 1, 0], [1, 1.0001, 4e-7]])
+
+    assert count(two(speck)) == 1
+    assert count(two(speck, [[3, 4, 5], [0, 1, 2]])) == 1
+
+
 @pytest.mark.parametrize("mesh", [sphere(3), torus(), sheet(9, 9)])
 def test_a_surface_that_does_not_cross_itself_has_none(mesh: Mesh) -> None:
     assert count(mesh) == 0
@@ -109,8 +119,21 @@ def test_what_would_take_too_long_is_not_tested() -> None:
     assert count(torus(), most=10) is None
 
 
+def test_arrays_that_may_not_be_written_to_are_read() -> None:
+    vertices, faces = two([[1, 1, -1], [1, 1, 1], [2, 9, 1]]).vertices, np.arange(6).reshape(2, 3)
+    vertices.flags.writeable = faces.flags.writeable = False
+
+    assert count(Mesh(vertices, faces)) == 1
+
+
 def test_positions_that_are_no_numbers_are_not_tested() -> None:
     assert count(torus().moved_to(np.full_like(torus().vertices, np.nan))) is None
+
+
+def boxes(low: Floats, high: Floats) -> BoxTree:
+    """A tree over faces with these boxes."""
+    corners = np.stack([low, high, high], axis=1)
+    return BoxTree.of(corners.reshape(-1, 3), np.arange(3 * len(low)).reshape(-1, 3))
 
 
 def test_every_pair_of_overlapping_boxes_is_found_once() -> None:
@@ -118,7 +141,7 @@ def test_every_pair_of_overlapping_boxes_is_found_once() -> None:
     low = rng.random((100, 3))
     high = low + 0.2 * rng.random((100, 3))
 
-    blocks = list(overlapping_pairs(low, high, most=10_000))
+    blocks = list(overlapping_pairs(boxes(low, high), most=10_000))
     found = [tuple(sorted(pair)) for block in blocks for pair in zip(*block, strict=True)]
 
     overlap = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
@@ -130,4 +153,46 @@ def test_boxes_that_all_overlap_end_the_search() -> None:
     low, high = np.zeros((1000, 3)), np.ones((1000, 3))
 
     with pytest.raises(TooManyPairsError):
-        list(overlapping_pairs(low, high, most=1000))
+        list(overlapping_pairs(boxes(low, high), most=1000))
+
+
+def test_boxes_near_each_other_are_found_where_that_is_asked() -> None:
+    low = np.array([[0, 0, 0], [2, 0, 0], [9, 0, 0.0]])
+    tree = boxes(low, low + 1)
+
+    near = [
+        pair
+        for block in overlapping_pairs(tree, 9, within=1.5)
+        for pair in zip(*block, strict=True)
+    ]
+    touching = [pair for block in overlapping_pairs(tree, 9) for pair in zip(*block, strict=True)]
+
+    assert near == [(0, 1)]
+    assert not touching
+
+
+def test_only_the_boxes_asked_for_are_looked_at() -> None:
+    tree = boxes(np.zeros((1000, 3)), np.ones((1000, 3)))
+    two_of_them = np.isin(np.arange(1000), [7, 90])
+
+    blocks = list(overlapping_pairs(tree, 10, among=two_of_them))
+
+    assert [tuple(pair) for block in blocks for pair in np.stack(block, axis=1)] == [(7, 90)]
+
+
+def test_pairs_come_in_blocks_that_leave_none_out() -> None:
+    tree = boxes(np.zeros((500, 3)), np.ones((500, 3)))
+
+    blocks = list(overlapping_pairs(tree, 10**6))
+    pairs = np.concatenate([np.stack(block, axis=1) for block in blocks])
+
+    assert len(blocks) > 1
+    assert len(pairs) == 500 * 499 // 2 == len(np.unique(pairs, axis=0))
+
+
+def test_a_search_for_boxes_that_never_meet_ends() -> None:
+    """Long boxes along a diagonal, crosswise: their trees' nodes overlap, and no boxes do."""
+    at = np.linspace(0, 1, 3000)
+    low = np.stack([at, 1 - at, np.zeros(3000)], axis=1)
+
+    assert not sum(len(first) for first, _ in overlapping_pairs(boxes(low, low), most=0))
