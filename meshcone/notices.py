@@ -151,7 +151,7 @@ class Code(StrEnum):
     )
 
     WRITING_DRACO = "writing.draco", "writing changes what is compressed with Draco"
-    WRITING_MESHOPT = "writing.meshopt", "writing stores plainly what is compressed with meshopt"
+    WRITING_MESHOPT = "writing.meshopt", "writing changes what is compressed with meshopt"
     WRITING_SPLIT = "writing.split", "writing gives what several nodes or meshes share to each"
     WRITING_TOGETHER = (
         "writing.together",

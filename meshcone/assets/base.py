@@ -168,6 +168,7 @@ class Asset(abc.ABC):
             normals=options.normals,
             instances=options.instances,
             draco=options.draco,
+            meshopt=options.meshopt,
             selected=self._selected(options.select),
         )
 

@@ -13,6 +13,7 @@ from meshcone.options import Options
 NormalsPolicy = Literal["recompute", "keep"]
 InstancesPolicy = Literal["auto", "split", "refuse"]
 DracoPolicy = Literal["plain", "encode"]
+MeshoptPolicy = Literal["plain", "encode"]
 PosePolicy = Literal["rest", "bind"]
 ALL_SCENES = "all"
 
@@ -74,6 +75,7 @@ class WritePolicy:
             be moved once because its uses ask for different shapes.
         draco: whether what was compressed with Draco is written as ``plain`` buffers or
             compressed again (``encode``).
+        meshopt: the same for what was compressed with meshopt.
         selected: (m,) faces that may move, or None for all. A vertex of any other face stays,
             and so does a normal that any other face uses.
     """
@@ -81,6 +83,7 @@ class WritePolicy:
     normals: NormalsPolicy = "recompute"
     instances: InstancesPolicy = "refuse"
     draco: DracoPolicy = "plain"
+    meshopt: MeshoptPolicy = "plain"
     selected: NDArray[np.bool_] | None = None
 
     def fixed_vertices(self, faces: NDArray[np.int64], count: int) -> NDArray[np.bool_]:

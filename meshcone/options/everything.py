@@ -106,6 +106,11 @@ class Options(Section):
         description="how what was compressed with Draco is written: as plain buffers, or "
         "compressed again",
     )
+    meshopt: Literal["plain", "encode"] = Field(
+        "plain",
+        description="how what was compressed with meshopt is written: as plain buffers, or "
+        "compressed again",
+    )
     select: SelectOptions = SelectOptions()
     seed: int = Field(0, ge=0, le=2**31 - 1, description="seed of every sampling")
     baselines: bool = Field(

@@ -111,7 +111,7 @@ class Accessors:
         self.elements = document.root.children("accessors")
         self.buffers = buffers
         self.views = document.root.children("bufferViews")
-        self._limits = limits
+        self.limits = limits
 
     def describe(self, index: int) -> Accessor:
         """Check an accessor's declaration against its buffer.
@@ -211,7 +211,7 @@ class Accessors:
         else:
             # No buffer bounds this count.
             place = accessor.element.place("count")
-            self._limits.check("vertices", accessor.count, "elements without a buffer", place)
+            self.limits.check("vertices", accessor.count, "elements without a buffer", place)
             values = np.zeros((accessor.count, accessor.columns), accessor.component)
         if accessor.sparse:
             stored = accessor.sparse.values

@@ -32,7 +32,7 @@ from meshcone.assets.gltf.split import split_shared
 from meshcone.assets.gltf.twins import divided_alike, twins
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
-from meshcone.assets.policy import DracoPolicy, ReadPolicy, WritePolicy
+from meshcone.assets.policy import DracoPolicy, MeshoptPolicy, ReadPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError, InternalError
 from meshcone.notices import Code, Notice
@@ -78,6 +78,11 @@ _DRACO_CHANGES: dict[DracoPolicy, str] = {
     "it again",
     "encode": "what is compressed with Draco is compressed again, positions of a mesh that moved "
     f"in {POSITION_BITS} bits",
+}
+_MESHOPT_CHANGES: dict[MeshoptPolicy, str] = {
+    "plain": "what is compressed with meshopt is written as plain buffers; meshopt=encode "
+    "compresses it again",
+    "encode": "what is compressed with meshopt and has changed is compressed again, unfiltered",
 }
 
 
@@ -129,8 +134,7 @@ class GltfAsset(Asset):
         if self._model.compressed:
             told.append(Notice(Code.WRITING_DRACO, _DRACO_CHANGES[policy.draco]))
         if self._model.expanded:
-            words = "what is compressed with meshopt is written as plain buffers"
-            told.append(Notice(Code.WRITING_MESHOPT, words))
+            told.append(Notice(Code.WRITING_MESHOPT, _MESHOPT_CHANGES[policy.meshopt]))
         before, after = self._model.document.root, written._model.document.root
         added = [
             _count(number, *kind)
@@ -206,9 +210,10 @@ class GltfAsset(Asset):
         model.store_positions(editor, positions, moved)
         if policy.normals == "recompute":
             write_shading(editor, model.scene, self._surface, vertices, policy.selected)
+        came = model.expanded if policy.meshopt == "encode" else None
         if policy.draco == "encode" and model.compressed:
-            return model.compressed.to_bytes(model, editor)
-        return model.to_bytes(editor)
+            return model.compressed.to_bytes(model, editor, came)
+        return model.to_bytes(editor, came)
 
     def ensure_divisible(self) -> None:
         """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot."""

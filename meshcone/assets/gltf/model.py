@@ -15,7 +15,8 @@ from meshcone.assets.gltf.document import Document, parse_document
 from meshcone.assets.gltf.draco.deflate import bitstream_accessors, deflate, replay
 from meshcone.assets.gltf.draco.inflate import inflate
 from meshcone.assets.gltf.draco.primitives import DracoPrimitive
-from meshcone.assets.gltf.meshopt import expand
+from meshcone.assets.gltf.meshopt.compress import compress_again
+from meshcone.assets.gltf.meshopt.expand import Expanded, expand
 from meshcone.assets.gltf.scene import Scene, read_scene
 from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
@@ -30,14 +31,20 @@ class Compressed:
     buffers: Buffers
     primitives: list[DracoPrimitive]
 
-    def to_bytes(self, plain: Model, editor: BufferEditor) -> bytes:
-        """The file with what an editor has changed of its plain form, compressed again."""
+    def to_bytes(self, plain: Model, editor: BufferEditor, came: Expanded | None = None) -> bytes:
+        """The file with what an editor has changed of its plain form, compressed again.
+
+        Args:
+            plain: its plain form.
+            editor: the changes.
+            came: what else, by meshopt, is compressed again.
+        """
         document, buffers = deflate(
             self.document, self.buffers, self.primitives, editor, plain.limits
         )
         accessors = Accessors(document, buffers, plain.limits)
         again = replay(editor, accessors, bitstream_accessors(self.primitives))
-        return write_file(plain.container, document, buffers, again)
+        return write_file(plain.container, document, buffers, again, came)
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,7 @@ class Model:
         container: the GLB it is in, or None.
         document: without compressed geometry.
         compressed: how the file has it, if it is compressed with Draco.
-        expanded: whether the file has some of it compressed with meshopt.
+        expanded: how the file has it, if some of it is compressed with meshopt.
         miscounted: accessors that declare another count than Draco data hold for them.
     """
 
@@ -59,7 +66,7 @@ class Model:
     limits: Limits
     policy: ReadPolicy
     compressed: Compressed | None = None
-    expanded: bool = False
+    expanded: Expanded | None = None
     miscounted: tuple[Accessor, ...] = ()
 
     @staticmethod
@@ -73,8 +80,8 @@ class Model:
         """Parse a document and read its scene. Raises as ``read_gltf`` does."""
         document = parse_document(data if container is None else container.json, limits)
         buffers = Buffers(document, container.binary if container else None, resources)
-        expanded = expand(document, buffers, limits)
-        document, buffers = expanded or (document, buffers)
+        if expanded := expand(document, buffers, limits):
+            document, buffers = expanded.document, expanded.buffers
         compressed = None
         miscounted: tuple[Accessor, ...] = ()
         if inflated := inflate(document, buffers, limits):
@@ -82,7 +89,7 @@ class Model:
             document, buffers = inflated.plain, inflated.buffers
             miscounted = inflated.miscounted
         model = Model.of(container, document, buffers, limits, policy, compressed)
-        return replace(model, expanded=expanded is not None, miscounted=miscounted)
+        return replace(model, expanded=expanded, miscounted=miscounted)
 
     @staticmethod
     def of(
@@ -120,18 +127,35 @@ class Model:
             world = positions[block.rows][rows]
             editor.store(block.accessor, rows, block.pose.restore(world, rows))
 
-    def to_bytes(self, editor: BufferEditor) -> bytes:
-        """The file, with what an editor has changed."""
-        return write_file(self.container, self.document, self.accessors.buffers, editor)
+    def to_bytes(self, editor: BufferEditor, came: Expanded | None = None) -> bytes:
+        """The file, with what an editor has changed; compressed again as it came, if given."""
+        return write_file(self.container, self.document, self.accessors.buffers, editor, came)
 
 
 def write_file(
-    container: Container | None, document: Document, buffers: Buffers, editor: BufferEditor
+    container: Container | None,
+    document: Document,
+    buffers: Buffers,
+    editor: BufferEditor,
+    came: Expanded | None = None,
 ) -> bytes:
-    """A document with an editor's changes, in the container it came in."""
+    """A document with an editor's changes, in the container it came in.
+
+    Args:
+        container: that, or None.
+        document: without buffer views compressed with meshopt.
+        buffers: of it.
+        editor: the changes.
+        came: how the file had them, if they are compressed again.
+    """
     changed = editor.changed_buffers()
     text = editor.new_json(document, changed)
-    if container is None:
-        return text.encode()
     in_file = (data for index, data in changed.items() if buffers[index].source == "binary")
-    return join_glb(container, text, next(in_file, buffers.binary))
+    binary = next(in_file, buffers.binary)
+    if came is not None:
+        edited = document.changed(text)
+        edited, packed = compress_again(
+            edited, buffers.belonging_to(edited, binary), came, editor.accessors.limits
+        )
+        text, binary = edited.text, packed.binary
+    return text.encode() if container is None else join_glb(container, text, binary)

@@ -160,3 +160,101 @@ def test_what_it_decompresses_to_counts_against_the_limits() -> None:
     gltf.json["bufferViews"].append(view)
     with pytest.raises(LimitError, match="bytes when decompressed"):
         read(gltf, file_bytes=100_000)
+
+
+ENCODE = WritePolicy(meshopt="encode")
+
+
+def streams(data: bytes) -> dict[int, tuple[dict[str, Any], bytes]]:
+    """What the extension says of each compressed view, without its place, and the stream."""
+    document, binary = chunks(data)
+    found = {}
+    for index, view in enumerate(document["bufferViews"]):
+        if "extensions" in view:
+            said = dict(view["extensions"][EXT])
+            assert said.pop("buffer") == 0
+            start, length = said.pop("byteOffset"), said.pop("byteLength")
+            found[index] = (said, binary[start : start + length])
+    return found
+
+
+def test_what_did_not_move_keeps_its_streams_where_it_is_compressed_again() -> None:
+    data = squeezed(cube_gltf()).glb()
+    asset = read_asset("mesh.glb", data)
+
+    written = asset.patched(asset.vertices * 1.5 + 1, ENCODE)
+
+    again = read_asset("mesh.glb", written)
+    assert np.allclose(again.vertices, asset.vertices * 1.5 + 1)
+    before, after = streams(data), streams(written)
+    assert sorted(after) == sorted(before) == [0, 1, 2, 3]
+    assert [number for number in after if after[number] != before[number]] == [0]
+    told = asset.changes(ENCODE, again)
+    assert [notice.code for notice in told] == [Code.WRITING_MESHOPT]
+
+
+def test_a_document_that_is_compressed_again_says_what_it_said() -> None:
+    gltf = squeezed(cube_gltf())
+    gltf.json["images"] = [{"bufferView": gltf.view(b"a picture"), "mimeType": "image/png"}]
+    asset = read(gltf)
+
+    document, binary = chunks(asset.patched(asset.vertices + 1, ENCODE))
+
+    for key in ("buffers", "bufferViews"):
+        for before, after in zip(gltf.json[key], document[key], strict=True):
+            for said in (before, after):
+                stream = said.get("extensions", {}).get(EXT, said)
+                for place in ("byteOffset", "byteLength"):
+                    stream.pop(place, None)
+    for said in (gltf.json, document):
+        del said["accessors"][0]["min"], said["accessors"][0]["max"]
+    assert document == gltf.json
+    assert b"a picture" in binary
+
+
+def test_a_filter_that_would_round_is_left_out_of_what_is_compressed_again() -> None:
+    gltf = cube_gltf()
+    values = stored(gltf, 0) * np.float32(1 / 3)
+    filtered = {0: ("EXPONENTIAL", meshopt.encode_filter_exp(values, 12).view("u4"))}
+    asset = read(squeezed(gltf, filtered=filtered))
+    target = asset.vertices + np.random.default_rng(2).normal(scale=0.01, size=(8, 3))
+
+    written = asset.patched(target, ENCODE)
+
+    assert "filter" not in streams(written)[0][0]
+    assert np.abs(read_asset("mesh.glb", written).vertices - target).max() < 1e-7
+
+
+def test_positions_that_no_longer_fit_their_integers_are_compressed_as_floats() -> None:
+    gltf = cube_gltf()
+    values = np.pad((stored(gltf, 0) * 32767).astype("i2"), ((0, 0), (0, 1)))
+    accessor = gltf.json["accessors"][0]
+    accessor |= {"bufferView": gltf.view(values.tobytes(), stride=8), "componentType": 5122}
+    accessor |= {"normalized": True, "min": [0] * 3, "max": [32767] * 3, "type": "VEC4"}
+    packed = squeezed(gltf)
+    packed.json["accessors"][0]["type"] = "VEC3"
+    packed.json["extensionsUsed"].append("KHR_mesh_quantization")
+    asset = read(packed)
+
+    written = asset.patched(asset.vertices * 3, ENCODE)
+
+    assert np.allclose(read_asset("mesh.glb", written).vertices, asset.vertices * 3)
+    document, _ = chunks(written)
+    view = document["accessors"][0]["bufferView"]
+    assert view >= len(packed.json["bufferViews"])
+    assert streams(written)[view][0] == {"byteStride": 12, "count": 24, "mode": "ATTRIBUTES"}
+    fallback = document["buffers"][document["bufferViews"][view]["buffer"]]
+    assert fallback["extensions"] == {EXT: {"fallback": True}}
+    assert document["bufferViews"][view]["byteOffset"] + 24 * 12 <= fallback["byteLength"]
+
+
+def test_a_copy_that_was_plain_stays_plain_where_the_rest_is_compressed_again() -> None:
+    gltf = squeezed(cube_gltf(), [0])
+    plain = bytes(cube_gltf().binary)[: 24 * 12]
+    gltf.json["buffers"][1] = {"byteLength": len(plain), "uri": "fallback.bin"}
+    asset = read_asset("mesh.glb", gltf.glb(), {"fallback.bin": plain})
+
+    written = asset.patched(asset.vertices + 1, ENCODE)
+
+    assert not streams(written)
+    assert np.allclose(read_asset("mesh.glb", written).vertices, asset.vertices + 1)

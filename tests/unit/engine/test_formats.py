@@ -16,6 +16,7 @@ from meshcone.options import parse_options
 from meshcone.verbs.refine import refine
 from tests import shapes
 from tests.unit.assets.builders import Gltf, compress
+from tests.unit.assets.squeezing import squeezed
 from tests.unit.engine.evidence import Evidence
 from tests.unit.engine.pairs import RADIUS, rough, smooth
 
@@ -60,6 +61,7 @@ FAST = {"effort": "fast"}
         (quantized(), smooth(), FAST),
         (compress(ball()), smooth(), FAST),
         (compress(ball()), smooth(), {**FAST, "draco": "encode"}),
+        (squeezed(ball()), smooth(), {**FAST, "meshopt": "encode"}),
         (two_balls(), smooth_pair(), FAST),
         (two_balls(), smooth_pair(), {**FAST, "instances": "split"}),
         (
@@ -68,7 +70,15 @@ FAST = {"effort": "fast"}
             {**FAST, "instances": "split", "select": {"nodes": ["two"]}},
         ),
     ],
-    ids=["quantized", "draco", "draco again", "shared", "split", "split and selected"],
+    ids=[
+        "quantized",
+        "draco",
+        "draco again",
+        "meshopt again",
+        "shared",
+        "split",
+        "split and selected",
+    ],
 )
 def test_it_comes_closer_and_verifies(source: Gltf, reference: MeshFile, options: dict) -> None:
     evidence = Evidence.of(MeshFile("rough.glb", source.glb()), reference, options)

@@ -18,6 +18,7 @@ KNOWN = {
     7: "ece6a8a17ca2ec52",
     8: "3ff7331c4d6ed4cf",
     9: "37d64d4f4d9057f1",
+    10: "954ed34cffa42578",
 }
 
 

@@ -1,8 +1,7 @@
-"""Turns buffer views compressed with meshopt into plain ones: the same document, its bytes there.
+"""Turns compressed buffer views into plain ones: the same document, its bytes there.
 
-Source: the texts of EXT_meshopt_compression and KHR_meshopt_compression in the Khronos glTF
-repository. Compressed data take the place of nothing: what they stood in is cut out, and what they
-hold is appended to the same buffer. A view whose plain copy is there as well keeps that.
+Compressed data take the place of nothing: what they stood in is cut out, and what they hold is
+appended to the same buffer. A view whose plain copy is there as well keeps that.
 """
 
 from __future__ import annotations
@@ -24,21 +23,25 @@ from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
 from meshcone.assets.limits import Limits
 
 _ALIGNMENT = 8  # of what moves: shifts are multiples of it, so that what was aligned stays so
-_LARGEST_STRIDE = 256
+LARGEST_STRIDE = 256
 _STRIDES = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "COLOR": (4, 8)}
 
 
 @dataclass(frozen=True)
-class _View:
+class CompressedView:
     """A compressed buffer view.
 
     Attributes:
+        name: of the extension.
+        extension: what it says of the view.
         buffer, start, length: where its compressed data are.
         stored: whether its plain bytes are there as well.
     """
 
     index: int
     element: Element
+    name: str
+    extension: Element
     buffer: int
     start: int
     length: int
@@ -53,12 +56,40 @@ class _View:
         """Bytes of what it holds."""
         return self.count * self.stride
 
+    def data(self, buffers: Buffers) -> bytes:
+        """The stream."""
+        return bytes(buffers[self.buffer].data[self.start : self.start + self.length])
 
-def expand(document: Document, buffers: Buffers, limits: Limits) -> tuple[Document, Buffers] | None:
+
+@dataclass(frozen=True)
+class Expanded:
+    """A document and its plain form.
+
+    Attributes:
+        original, packed: the document and its buffers as they came.
+        document, buffers: the same without compressed views.
+        views: those that were compressed.
+        decoded: what those held whose plain bytes were nowhere, by index.
+    """
+
+    original: Document
+    packed: Buffers
+    document: Document
+    buffers: Buffers
+    views: tuple[CompressedView, ...]
+    decoded: Mapping[int, bytes]
+
+    @property
+    def squeezed(self) -> list[CompressedView]:
+        """Views whose plain bytes were nowhere."""
+        return [view for view in self.views if view.index in self.decoded]
+
+
+def expand(document: Document, buffers: Buffers, limits: Limits) -> Expanded | None:
     """Decompress every buffer view.
 
     Returns:
-        The document and its buffers, or None if nothing is compressed.
+        None if nothing is compressed.
 
     Raises:
         InputError: the data are damaged, or not what is declared.
@@ -71,35 +102,39 @@ def expand(document: Document, buffers: Buffers, limits: Limits) -> tuple[Docume
     size = sum(view.size for view in missing)
     limits.check("file_bytes", size, "bytes when decompressed", "/bufferViews")
     blobs = [
-        Blob(_head(view) + _data(view, buffers), view.size, view.element.pointer)
-        for view in missing
+        Blob(_head(view) + view.data(buffers), view.size, view.element.pointer) for view in missing
     ]
     decoded = {}
     for view, arrays in zip(missing, decode("meshopt", blobs), strict=True):
         decoded[view.index] = arrays["rows"].tobytes()
-    return _Rewriting(document, buffers, views, decoded).finish()
+    plain = _Rewriting(document, buffers, views, decoded).finish()
+    return Expanded(document, buffers, *plain, tuple(views), decoded)
 
 
-def _compressed(document: Document, buffers: Buffers) -> list[_View]:
+def _compressed(document: Document, buffers: Buffers) -> list[CompressedView]:
     found = []
     for index, element in enumerate(document.root.children("bufferViews")):
         for name in MESHOPT:
             extension = extension_of(element, name)
             if extension is not None:
-                found.append(_read(index, element, extension, buffers))
+                found.append(_read(index, element, name, extension, buffers))
                 break
     return found
 
 
-def _read(index: int, element: Element, extension: Element, buffers: Buffers) -> _View:
+def _read(
+    index: int, element: Element, name: str, extension: Element, buffers: Buffers
+) -> CompressedView:
     own = element.reference("buffer", len(buffers), "buffer")
     buffer = extension.reference("buffer", len(buffers), "buffer")
     if own is None or buffer is None:
         holder = element if own is None else extension
         raise holder.error("buffer", "'buffer' is missing")
-    view = _View(
+    view = CompressedView(
         index=index,
         element=element,
+        name=name,
+        extension=extension,
         buffer=buffer,
         start=extension.integer("byteOffset") or 0,
         length=extension.required_integer("byteLength", minimum=1),
@@ -124,7 +159,7 @@ def _read(index: int, element: Element, extension: Element, buffers: Buffers) ->
     return view
 
 
-def _check_kind(view: _View, extension: Element) -> None:
+def _check_kind(view: CompressedView, extension: Element) -> None:
     if view.mode not in MODES:
         expected = ", ".join(MODES)
         raise extension.error("mode", f"expected one of {expected}, found '{view.mode[:20]}'")
@@ -138,22 +173,18 @@ def _check_kind(view: _View, extension: Element) -> None:
             raise extension.error("byteStride", f"indices have 2 or 4 bytes, found {view.stride}")
         if view.mode == "TRIANGLES" and view.count % 3:
             raise extension.error("count", f"{view.count} indices do not make whole triangles")
-    elif view.stride % 4 or view.stride > _LARGEST_STRIDE:
+    elif view.stride % 4 or view.stride > LARGEST_STRIDE:
         raise extension.error(
             "byteStride",
-            f"expected a multiple of 4 up to {_LARGEST_STRIDE}, found {view.stride}",
+            f"expected a multiple of 4 up to {LARGEST_STRIDE}, found {view.stride}",
         )
     elif view.stride not in _STRIDES.get(view.filter, (view.stride,)):
         raise extension.error("byteStride", f"'{view.filter}' has no elements of {view.stride}")
 
 
-def _head(view: _View) -> bytes:
+def _head(view: CompressedView) -> bytes:
     mode, kind = MODES.index(view.mode), FILTERS.index(view.filter)
     return MESHOPT_HEAD.pack(view.count, view.stride, mode, kind)
-
-
-def _data(view: _View, buffers: Buffers) -> bytes:
-    return bytes(buffers[view.buffer].data[view.start : view.start + view.length])
 
 
 class _Rewriting:
@@ -167,7 +198,11 @@ class _Rewriting:
     """
 
     def __init__(
-        self, document: Document, buffers: Buffers, views: list[_View], decoded: Mapping[int, bytes]
+        self,
+        document: Document,
+        buffers: Buffers,
+        views: list[CompressedView],
+        decoded: Mapping[int, bytes],
     ) -> None:
         self._document = document
         self._buffers = buffers
