@@ -17,22 +17,22 @@ from meshcone.srgb import to_linear
 from meshcone.surface.arrays import Floats
 from meshcone.views.scene import Scene
 
-# Viridis at nine even places (S. van der Walt, N. Smith; CC0), sRGB: it is even to the eye, also
-# where that eye tells no red from green, and orders dark to light in print.
-_VIRIDIS = np.array(
+# sRGB at even steps of CIELAB, from L* 96 down to 37: light where nothing deviates, also for an eye
+# that tells no red from green, and never so dark that it is lost on a dark ground.
+RAMP = np.array(
     [
-        [68, 1, 84],
-        [71, 44, 122],
-        [59, 81, 139],
-        [44, 113, 142],
-        [33, 144, 141],
-        [39, 173, 129],
-        [92, 200, 99],
-        [170, 220, 50],
-        [253, 231, 37],
+        [246, 244, 235],
+        [208, 233, 208],
+        [155, 220, 204],
+        [101, 202, 207],
+        [71, 180, 208],
+        [61, 157, 206],
+        [65, 132, 197],
+        [73, 106, 183],
+        [78, 78, 164],
     ]
 )
-_SHOWN = 99  # per cent of the vertices within the scale: one spike is not to darken all others
+_SHOWN = 99  # per cent of the vertices within the scale: one spike is not to pale all others
 
 
 def heatmap_glb(scene: Scene) -> bytes:
@@ -74,14 +74,14 @@ def scale_top(values: Floats) -> float:
 
 
 def colours(values: Floats, top: float) -> NDArray[np.uint8]:
-    """Colours (n, 4), linear RGBA, of values (n,): dark at 0, light at ``top`` and above.
+    """Colours (n, 4), linear RGBA, of values (n,): light at 0, dark at ``top`` and above.
 
-    All are dark where ``top`` is 0.
+    All are light where ``top`` is 0.
     """
     share = np.clip(values / top, 0.0, 1.0) if top > 0 else np.zeros(len(values))
-    place = share * (len(_VIRIDIS) - 1)
+    place = share * (len(RAMP) - 1)
     srgb = np.stack(
-        [np.interp(place, range(len(_VIRIDIS)), channel) for channel in _VIRIDIS.T / 255], axis=1
+        [np.interp(place, range(len(RAMP)), channel) for channel in RAMP.T / 255], axis=1
     )
     # glTF's colours are linear (section 3.9.2).
     opaque = np.column_stack([to_linear(srgb), np.ones(len(srgb))])

@@ -12,5 +12,7 @@ export function putInLink(changes) {
     if (value === null) values.delete(name);
     else values.set(name, value);
   }
-  try { history.replaceState(history.state, "", `#${values}`); } catch { /* a page in a notebook's frame has no link of its own */ }
+  // Commas and colons may stand in a fragment as they are (RFC 3986, section 3.5), and read better.
+  const written = values.toString().replaceAll("%2C", ",").replaceAll("%3A", ":");
+  try { history.replaceState(history.state, "", `#${written}`); } catch { /* a page in a notebook's frame has no link of its own */ }
 }

@@ -32,9 +32,30 @@ export class OrbitCamera {
     if (announce) this.onChange();
   }
 
+  /** From the target to the eye. */
+  back() {
+    return new this.THREE.Vector3(0, 0, 1).applyQuaternion(this.rotation);
+  }
+
+  /** An axis of the model, 0 for x, as the camera sees it: rightwards, upwards, towards the eye. */
+  seen(axis) {
+    return new this.THREE.Vector3().setComponent(axis, 1).applyQuaternion(this.rotation.clone().invert());
+  }
+
+  /** Eight numbers that `restore` takes. */
+  state() {
+    return [...this.target.toArray(), this.distance, ...this.rotation.toArray()];
+  }
+
+  /** Look as a camera did once. */
+  restore([x, y, z, distance, ...rotation]) {
+    this.target.set(x, y, z);
+    this.distance = Math.min(FARTHEST, Math.max(NEAREST, distance));
+    this.rotation.fromArray(rotation).normalize();
+  }
+
   /** Place the camera for a pane of a shape; called before each pane is drawn. */
   for(aspect) {
-    const back = new this.THREE.Vector3(0, 0, 1).applyQuaternion(this.rotation);
     this.camera.aspect = aspect;
     // In a narrow pane the field is that of its width, so that the mesh fits.
     const half = Math.tan((FIELD / 2) * Math.PI / 180) / Math.min(aspect, 1);
@@ -43,7 +64,7 @@ export class OrbitCamera {
     this.camera.far = this.distance + 20;
     this.camera.updateProjectionMatrix();
     this.camera.quaternion.copy(this.rotation);
-    this.camera.position.copy(this.target).addScaledVector(back, this.distance);
+    this.camera.position.copy(this.target).addScaledVector(this.back(), this.distance);
     this.camera.updateMatrixWorld();
     return this.camera;
   }

@@ -1,92 +1,130 @@
-// What the colours mean: a scale in model units, with the threshold marked.
+// What the colours mean: a histogram over the scale that they are taken from, with the threshold.
 
-import { h } from "meshcone/dom";
+import { h, svg } from "meshcone/dom";
 import { number } from "meshcone/format";
-import { paintScale } from "meshcone/palette";
-import { quantile } from "meshcone/scene-file";
+import { colourOf, cssColour } from "meshcone/palette";
+import { areas, quantile } from "meshcone/scene-file";
 
-const SHOWN = 0.99;  // share of the vertices within a scale: one spike is not to darken all others
+const SHOWN = 0.99;  // share of the vertices within a scale: one spike is not to pale all others
+const BINS = 60;
+const HEIGHT = 34;
+const TICKS = [0, 0.25, 0.5, 0.75, 1];
+
+const TITLES = { deviation: "Deviation", signed: "Inside or outside", tension: "Cone tension" };
 
 export class Legend {
-  /** @param {number} radius model units for one unit of the frame  @param {Function} onChange told of a new scale */
-  constructor(radius, onChange) {
-    this.radius = radius;
-    this.onChange = onChange;
-    this.colour = "shape";
+  /** @param {number} radius model units for one unit of the frame  @param {string} unit of the model  @param {Function} onChange told of a new scale */
+  constructor(radius, unit, onChange) {
+    Object.assign(this, { radius, unit, onChange });
     this.element = h("div", { class: "legend" });
   }
 
   /** Learn what the scales can be taken from. */
   take(preview, threshold) {
     const { input, refined } = preview.surfaces;
-    const tops = [["input", "99 % of the input", quantile(input.deviation, SHOWN)]];
-    if (refined) tops.push(["refined", "99 % of the refined", quantile(refined.deviation, SHOWN)]);
+    const tops = [["input", "99 % of source", quantile(input.deviation, SHOWN)]];
+    if (refined) tops.push(["refined", "99 % of refined", quantile(refined.deviation, SHOWN)]);
     tops.push(["largest", "the largest", Math.max(quantile(input.deviation, 1), refined ? quantile(refined.deviation, 1) : 0)]);
     this.tops = tops.map(([name, text, top]) => ({ name, text, top: top > 0 ? top : 1e-9 }));
     this.chosen = this.tops[0];
     this.threshold = threshold;
-    this.tension = refined?.tension ? quantile(refined.tension, 1) : 0;
+    this.judged = refined ?? input;
+    this.weights = areas(this.judged);
+    this.name = refined ? "refined mesh" : "source";
   }
 
-  /** Show the scale of a way of colouring; returns its top and threshold, in the frame. */
+  /** Show the scale of a way of colouring and return it; null where there is none. */
   show(colour) {
     this.colour = colour;
-    const make = { shape: () => this.#shape(), deviation: () => this.#deviation(), tension: () => this.#tension() }[colour];
-    this.element.replaceChildren(...make());
-    return colour === "tension" ? { top: this.tension || 1, threshold: null } : { top: this.#top(), threshold: this.threshold };
+    this.scale = this.#scaleOf(colour);
+    this.element.hidden = this.scale === null;
+    this.element.replaceChildren(...(this.scale === null ? [] : this.#shown()));
+    return this.scale;
   }
 
-  /** The threshold is always on the scale. */
-  #top() {
-    return Math.max(this.chosen.top, this.threshold === null ? 0 : this.threshold * 1.25);
+  /** What a picture says of the scale; null where there is none. */
+  ends() {
+    if (this.scale === null) return null;
+    const { low, top, threshold } = this.scale;
+    const { told, words } = this.#told();
+    return { from: told(low), to: told(top), words: `${TITLES[this.colour]}, ${words}${threshold === null ? "" : `; threshold ${told(threshold)}`}` };
   }
 
-  #shape() {
-    return [h("span", { class: "soft" }, "The meshes as they are. Choose Deviation to see how far they lie from each other.")];
+  /** How values are written, and in what unit. */
+  #told() {
+    const isLength = this.colour !== "tension";
+    return { isLength, told: (value) => number(isLength ? value * this.radius : value), words: isLength ? this.unit : "objective per unit of length" };
   }
 
-  #deviation() {
-    const scale = h("select", { "aria-label": "Scale", onchange: () => { this.chosen = this.tops[Number(scale.value)]; this.onChange(this.show("deviation")); } },
+  #scaleOf(colour) {
+    // The threshold is always on the scale.
+    const top = Math.max(this.chosen.top, this.threshold === null ? 0 : this.threshold * 1.25);
+    if (colour === "deviation") return { low: 0, top, threshold: this.threshold };
+    if (colour === "signed") return { low: -top, top, threshold: null };
+    if (colour === "tension") return { low: 0, top: quantile(this.judged.tension, 1) || 1, threshold: null };
+    return null;
+  }
+
+  #shown() {
+    const { colour, scale } = this;
+    const { isLength, told, words } = this.#told();
+    return [
+      h("div", { class: "legend-title" }, h("strong", null, TITLES[colour]), h("span", { class: "soft" }, words)),
+      this.#plot(scale, told, words),
+      ...(isLength ? [this.#tops(), colour === "deviation" && this.#bound()].filter(Boolean) : []),
+    ];
+  }
+
+  /** Shares of the area as bars in the colours of their values: legend and histogram in one. */
+  #plot(scale, told, words) {
+    const { low, top, threshold } = scale;
+    const shares = histogram(this.judged[this.colour], this.weights, scale);
+    const most = Math.max(...shares, 1e-12);
+    const bars = shares.map((share, bin) => {
+      // Most of the area is near: a root keeps the rest in sight.
+      const height = share > 0 ? Math.max(1.5, (HEIGHT - 8) * Math.sqrt(share / most)) : 0;
+      const fill = cssColour(colourOf(low + ((bin + 0.5) / BINS) * (top - low), scale));
+      return [svg("rect", { class: "bar-of", x: bin, y: HEIGHT - 7 - height, width: 0.86, height, fill }), svg("rect", { x: bin, y: HEIGHT - 6, width: 1.02, height: 6, fill })];
+    });
+    const label = `Shares of the area of the ${this.name} from ${told(low)} to ${told(top)} ${words}`;
+    const mark = threshold === null ? null : (threshold - low) / (top - low);
+    return h("div", { class: "scale", "data-testid": "scale" },
+      svg("svg", { viewBox: `0 0 ${BINS} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", "aria-label": label }, bars),
+      TICKS.map((share) => h("span", { class: `tick${share === 0 ? " first" : share === 1 ? " last" : ""}${share % 0.5 ? " minor" : ""}`, style: { left: `${100 * share}%` } }, told(low + share * (top - low)))),
+      mark !== null && h("span", { class: mark > 0.6 ? "mark flip" : "mark", "data-testid": "threshold", style: { left: `${100 * mark}%` } }, `threshold ${told(threshold)}`));
+  }
+
+  #tops() {
+    const scale = h("select", { "aria-label": "Scale", onchange: () => { this.chosen = this.tops[Number(scale.value)]; this.#changed(); } },
       this.tops.map(({ text, name }, index) => h("option", { value: String(index), selected: name === this.chosen.name }, text)));
+    return h("label", null, "Up to ", scale);
+  }
+
+  #bound() {
     const input = h("input", {
-      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(4))), style: { maxWidth: "6.5em" },
+      type: "number", step: "any", min: "0", placeholder: "none", value: this.threshold === null ? "" : String(Number((this.threshold * this.radius).toPrecision(4))),
       onchange: () => {
         const value = Number(input.value);
         this.threshold = input.value === "" || !(value > 0) ? null : value / this.radius;
-        this.onChange(this.show("deviation"));
+        this.#changed();
       },
     });
-    return [
-      h("strong", null, "Deviation"),
-      this.#scale(this.#top(), this.threshold, (value) => number(value * this.radius)),
-      h("span", { class: "soft" }, "model units"),
-      h("label", null, "Up to ", scale),
-      h("label", null, "Threshold ", input),
-    ];
+    return h("label", null, "Threshold ", input);
   }
 
-  #tension() {
-    if (!this.tension) {
-      return [h("span", null, h("strong", null, "Cone tension "), h("span", { class: "soft" }, "is zero everywhere: the optimum without any constraint satisfies all of them."))];
-    }
-    return [
-      h("strong", null, "Cone tension"),
-      this.#scale(this.tension, null, (value) => number(value)),
-      h("span", { class: "soft" }, "how hard constraints hold each vertex: objective per unit of length"),
-    ];
+  #changed() {
+    this.onChange({ scale: this.show(this.colour) });
   }
+}
 
-  #scale(top, threshold, write) {
-    const canvas = h("canvas", { role: "img", "aria-label": `colours from 0 to ${write(top)}` });
-    const element = h("div", { class: "scale", "data-testid": "scale" }, canvas);
-    paintScale(canvas, top, threshold);
-    for (const share of [0, 0.25, 0.5, 0.75, 1]) {
-      element.append(h("span", { class: share === 1 ? "tick last" : "tick", style: { left: `${100 * share}%` } }, write(share * top)));
-    }
-    if (threshold !== null) {
-      const share = threshold / top;
-      element.append(h("span", { class: share > 0.7 ? "mark flip" : "mark", "data-testid": "threshold", style: { left: `${100 * share}%` } }, `threshold ${write(threshold)}`));
-    }
-    return element;
+/** Shares of the weights by value, between the ends of a scale; what is beyond is in the last. */
+function histogram(values, weights, { low, top }) {
+  const bins = new Array(BINS).fill(0);
+  let whole = 0;
+  for (let index = 0; index < values.length; index += 1) {
+    const bin = Math.floor((BINS * (values[index] - low)) / (top - low));
+    bins[Math.min(Math.max(bin, 0), BINS - 1)] += weights[index];
+    whole += weights[index];
   }
+  return bins.map((weight) => (whole > 0 ? weight / whole : 0));
 }

@@ -46,3 +46,19 @@ export function quantile(values, share) {
   const sorted = Float32Array.from(values).sort();
   return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
 }
+
+/** A third of the area of its triangles for each vertex, (n,). */
+export function areas({ position, index }) {
+  const shares = new Float64Array(position.length / 3);
+  for (let corner = 0; corner < index.length; corner += 3) {
+    const [a, b, c] = [index[corner], index[corner + 1], index[corner + 2]];
+    const edge = (from, to) => [0, 1, 2].map((axis) => position[3 * to + axis] - position[3 * from + axis]);
+    const [ux, uy, uz] = edge(a, b);
+    const [vx, vy, vz] = edge(a, c);
+    const third = Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 6;
+    shares[a] += third;
+    shares[b] += third;
+    shares[c] += third;
+  }
+  return shares;
+}

@@ -1,28 +1,22 @@
-// The card around the viewer: what to show and how, the scale, and the worst places.
+// The card around the viewer: what to show and how, the scale, and where to look.
 
+import { Axes } from "meshcone/axes";
 import { h } from "meshcone/dom";
 import { findingAt, findings } from "meshcone/findings";
 import { number } from "meshcone/format";
 import { unitOf } from "meshcone/job-words";
 import { hasWebGl, threeJs } from "meshcone/library";
 import { Legend } from "meshcone/legend";
+import { Measuring } from "meshcone/measuring";
+import { savePicture } from "meshcone/picture";
+import { Pins } from "meshcone/pins";
 import { readHeatmap, readPreview } from "meshcone/scene-file";
+import { keepInLink, viewInLink } from "meshcone/view-link";
 import { Viewer } from "meshcone/viewer";
+import { choice, layoutTools, TITLES, viewButtons } from "meshcone/viewer-tools";
 
-const TITLES = { input: "Source", refined: "Refined", reference: "Reference" };
-const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over.";
-
-/** Buttons of which one is pressed. */
-function choice(label, entries, chosen, onChoose) {
-  const buttons = entries.map(([value, text, disabled]) => h("button", {
-    type: "button", "data-value": value, disabled, "aria-pressed": String(value === chosen),
-    onclick: (event) => {
-      for (const button of buttons) button.setAttribute("aria-pressed", String(button === event.currentTarget));
-      onChoose(value);
-    },
-  }, text));
-  return h("div", { class: "choice", role: "group", "aria-label": label }, buttons);
-}
+const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over; Enter measures from the middle.";
+const COLOURS = { shape: "Shape", deviation: "Deviation", tension: "Cone tension" };
 
 /** The bound that gates put on a distance, relative to the radius; null if there is none. */
 function thresholdOf(report) {
@@ -39,19 +33,18 @@ export class ViewerCard {
    * @param {?Function} loadWhole gives the heat map's bytes, if it can be had
    */
   constructor(report, loadPreview, loadWhole = null) {
-    this.report = report;
-    this.radius = report.frame.radius;
-    this.loadPreview = loadPreview;
-    this.loadWhole = loadWhole;
-    this.findings = findings(report);
+    Object.assign(this, { report, loadPreview, loadWhole, radius: report.frame.radius, unit: unitOf(report), findings: findings(report) });
     this.canvas = h("canvas", { tabindex: "0", role: "application", "aria-label": "The meshes in three dimensions", "aria-describedby": "view-keys" });
     this.overlay = h("div", { class: "over" }, h("p", { class: "loading", role: "status" }, "Loading the meshes …"));
     this.labels = h("div");
     this.note = h("div", { class: "view-note", hidden: true });
     this.wipe = h("input", { type: "range", class: "wipe", min: "0", max: "1", step: "0.005", value: "0.5", "aria-label": "Wipe between the meshes", hidden: true, oninput: () => this.viewer.set({ wipe: Number(this.wipe.value) }) });
-    this.view = h("div", { class: "view", "data-testid": "view" }, this.canvas, this.labels, this.wipe, this.note, this.overlay);
+    this.turn = h("button", { type: "button", class: "small turn", hidden: true, onclick: () => this.viewer.turnOver() }, "Show the other");
+    this.axes = new Axes();
+    this.pins = new Pins(this.findings, (point) => this.into(point), (index) => this.choose(index));
+    this.view = h("div", { class: "view", "data-testid": "view" }, this.canvas, this.pins.element, this.labels, this.axes.element, this.wipe, this.turn, this.note, this.overlay);
     this.tools = h("div", { class: "tools", role: "toolbar", "aria-label": "How the meshes are shown" });
-    this.legend = new Legend(this.radius, (changes) => this.viewer.set(changes));
+    this.legend = new Legend(this.radius, this.unit, (changes) => this.viewer.set(changes));
     this.element = h("section", { class: "card stage", "aria-label": "Viewer" },
       h("div", { class: "main" }, this.tools, this.view, this.legend.element, h("p", { class: "hidden", id: "view-keys" }, KEYS)),
       this.places());
@@ -64,14 +57,11 @@ export class ViewerCard {
       const [THREE, buffer] = await Promise.all([threeJs(), this.loadPreview()]);
       this.preview = readPreview(buffer);
       this.viewer = new Viewer(THREE, this.canvas, this.preview);
-      this.viewer.onPanes = (panes) => this.label(panes);
-      this.fillTools();
+      this.viewer.onDraw = (panes) => this.drawn(panes);
+      this.legend.take(this.preview, thresholdOf(this.report));
+      this.begin();
       this.overlay.hidden = true;
       this.overlay.replaceChildren();
-      this.noteSize();
-      this.legend.take(this.preview, thresholdOf(this.report));
-      this.colour("deviation");
-      this.markFirst();
       this.view.dataset.ready = "true";
     } catch (error) {
       this.say(`The meshes cannot be shown: ${error.message}`);
@@ -79,24 +69,27 @@ export class ViewerCard {
     return undefined;
   }
 
-  /** Mark what is most worth a look, until somebody chooses another place. */
-  markFirst() {
-    const [first] = this.findings;
-    if (first) this.viewer.mark(this.into(first.position), this.into(first.closest));
-  }
-
-  /** Fly to a place in model units; what was found there is the one that is chosen. */
-  goTo(position) {
-    const index = findingAt(this.findings, position, this.radius);
-    if (index >= 0) this.choose(index);
-    else this.viewer?.show(this.into(position), this.into(position));
-    this.element.scrollIntoView({ block: "nearest" });
-  }
-
-  choose(index) {
-    for (const [number, button] of this.buttons.entries()) button.setAttribute("aria-pressed", String(number === index));
-    const { position, closest } = this.findings[index];
-    this.viewer?.show(this.into(position), this.into(closest));
+  /** Show what the link asks for, and offer all else. */
+  begin() {
+    const { viewer } = this;
+    const colours = Object.keys(COLOURS).filter((colour) => colour === "shape" || viewer.drawn[viewer.leading].surface[colour]);
+    const { colour = "deviation", camera, ...asked } = viewInLink(viewer.names, colours);
+    if (camera) viewer.orbit.restore(camera);
+    Object.assign(viewer.state, asked);
+    this.tools.replaceChildren(
+      ...layoutTools(viewer.names, viewer.state, (changes) => this.arrange(changes)),
+      choice("Colour", colours.map((each) => [each, COLOURS[each]]), colour, (chosen) => this.colour(chosen)));
+    this.measuring = new Measuring(viewer, this.radius, this.unit);
+    this.view.append(this.measuring.element, viewButtons({
+      onWire: (wireframe) => viewer.set({ wireframe }),
+      onPins: (shown) => { this.pins.element.hidden = !shown; },
+      onMeasure: (on) => this.measuring.toggle(on),
+      onPicture: () => this.save(),
+      onHome: () => viewer.orbit.reset(),
+    }));
+    this.noteSize();
+    this.arrange({ layout: viewer.state.layout });
+    this.colour(colour);
   }
 
   into(point) {
@@ -106,41 +99,37 @@ export class ViewerCard {
 
   say(text) {
     this.overlay.hidden = false;
-    this.overlay.style.display = "";
     this.overlay.replaceChildren(h("p", { class: "notice", role: "alert" }, text));
-    for (const button of this.element.querySelectorAll(".places button")) button.disabled = true;
+    for (const button of this.buttons) button.disabled = true;
   }
 
-  fillTools() {
-    const { surfaces } = this.preview;
-    const tension = surfaces.refined?.tension;
-    const pairs = [["input", "refined"], ["refined", "reference"], ["input", "reference"]].filter((pair) => pair.every((name) => surfaces[name]));
-    this.over = h("select", { "aria-label": "Which meshes to wipe between", hidden: true, onchange: () => this.viewer.set({ over: pairs[Number(this.over.value)] }) },
-      pairs.map((pair, index) => h("option", { value: String(index) }, pair.map((name) => TITLES[name]).join(" | "))));
-    this.tools.replaceChildren(
-      choice("Layout", [["side", "Side by side"], ["wipe", "Wipe"]], "side", (layout) => this.layout(layout)),
-      this.over,
-      choice("Colour", [["shape", "Shape"], ["deviation", "Deviation"], ["tension", "Cone tension", !tension]], "deviation", (colour) => this.colour(colour)),
-      h("label", null, h("input", { type: "checkbox", name: "wireframe", onchange: (event) => this.viewer.set({ wireframe: event.target.checked }) }), "Wireframe"),
-      h("button", { type: "button", class: "quiet", onclick: () => this.viewer.orbit.reset() }, "Reset"));
-  }
-
-  layout(layout) {
-    this.wipe.hidden = this.over.hidden = layout !== "wipe";
-    this.viewer.set({ layout });
+  arrange(changes) {
+    this.viewer.set(changes);
+    const { layout } = this.viewer.state;
+    this.wipe.hidden = layout !== "wipe";
+    this.turn.hidden = layout !== "blink";
   }
 
   colour(colour) {
-    this.viewer.set({ colour, ...this.legend.show(colour) });
+    this.viewer.set({ colour, scale: this.legend.show(colour) });
+  }
+
+  /** Put everything where the viewer has just drawn what it belongs to. */
+  drawn(panes) {
+    this.label(panes);
+    this.pins.place(this.viewer);
+    this.axes.place(this.viewer.orbit);
+    keepInLink(this.viewer.state, this.viewer.orbit.state());
   }
 
   /** Put the names of the panes where the viewer has drawn them. */
   label(panes) {
     const { layout } = this.viewer.state;
-    const place = ({ name, clip }, index) => {
-      const side = index === 1 && layout === "wipe" ? { right: "0px" } : { left: `${clip.x}px` };
-      const worst = this.report.quality[name]?.point_to_surface.max * this.radius;
-      return h("div", { class: "pane-label", "data-pane": name, style: { ...side, top: `${clip.y}px` } }, TITLES[name], name === "reference" ? null : h("span", { class: "soft" }, ` · worst ${number(worst)} ${unitOf(this.report)}`));
+    const place = ({ names, clip }, index) => {
+      const side = index === 1 && layout === "wipe" ? { right: "52px" } : { left: `${clip.x}px` };
+      const [name] = names;
+      const worst = names.length === 1 && this.report.quality[name]?.point_to_surface.max * this.radius;
+      return h("div", { class: "pane-label", "data-pane": name, style: { ...side, top: `${clip.y}px` } }, names.map((each) => TITLES[each]).join(" under "), worst ? h("span", { class: "soft" }, ` · worst ${number(worst)} ${this.unit}`) : null);
     };
     const lines = layout === "wipe"
       ? [h("div", { class: "wipe-line", style: { left: `${panes[1].clip.x - 1}px` } })]
@@ -148,14 +137,24 @@ export class ViewerCard {
     this.labels.replaceChildren(...panes.map(place), ...lines);
   }
 
+  save() {
+    const legend = this.legend.ends();
+    const labels = this.viewer.panes().map(({ names, clip }) => ({ x: clip.x, y: clip.y, text: names.map((name) => TITLES[name]).join(" under ") }));
+    const name = `${this.report.inputs.source.name.replace(/^.*\//, "").replace(/\.[^.]*$/, "")}.view.png`;
+    savePicture(this.viewer, { name, labels, legend }).catch((error) => this.say(`There is no picture: ${error.message}`));
+  }
+
   noteSize() {
-    const shown = (name) => this.preview.surfaces[name].index.length / 3;
-    const name = this.preview.surfaces.refined ? "refined" : "input";
-    const whole = this.preview.faces[name];
-    if (shown(name) >= whole) return;
+    const { leading } = this.viewer;
+    const shown = this.preview.surfaces[leading].index.length / 3;
+    const whole = this.preview.faces[leading];
+    if (shown >= whole) return;
     this.note.hidden = false;
-    this.note.textContent = `preview: ${number(shown(name))} of ${number(whole)} triangles`;
-    if (!this.loadWhole) return;
+    this.note.textContent = `preview: ${number(shown)} of ${number(whole)} triangles`;
+    if (this.loadWhole) this.tools.append(this.wholeButton(leading, whole));
+  }
+
+  wholeButton(name, whole) {
     const button = h("button", {
       type: "button", class: "quiet", onclick: async () => {
         button.disabled = true;
@@ -171,7 +170,23 @@ export class ViewerCard {
         }
       },
     }, "Show every triangle");
-    this.tools.append(button);
+    return button;
+  }
+
+  /** Fly to a place in model units; what was found there is the one that is chosen. */
+  goTo(position) {
+    const index = findingAt(this.findings, position, this.radius);
+    if (index >= 0) this.choose(index);
+    else this.viewer?.orbit.flyTo(this.into(position));
+    this.element.scrollIntoView({ block: "nearest" });
+  }
+
+  choose(index) {
+    for (const [number, button] of this.buttons.entries()) button.setAttribute("aria-pressed", String(number === index));
+    const { position, closest } = this.findings[index];
+    this.pins.chosen = index;
+    this.viewer?.connect([[this.into(position), this.into(closest)]]);
+    this.viewer?.orbit.flyTo(this.into(position));
   }
 
   places() {
@@ -185,6 +200,6 @@ export class ViewerCard {
       this.buttons.length
         ? h("ol", { class: "places" }, this.buttons.map((button) => h("li", null, button)))
         : h("p", { class: "empty" }, h("strong", null, "Nowhere"), "The surfaces agree everywhere."),
-      this.buttons.length > 0 && h("p", { class: "hint foot" }, `In ${unitOf(this.report)}; choose one to fly there.`));
+      this.buttons.length > 0 && h("p", { class: "hint foot" }, `In ${this.unit}; choose one to fly there.`));
   }
 }

@@ -1,72 +1,11 @@
-// Input, refined mesh and reference in one canvas: side by side, or one wiped over another.
+// Source, refined mesh and reference in one canvas, beside, over or instead of each other.
 
 import { OrbitCamera } from "meshcone/camera";
-import { scaleBytes } from "meshcone/palette";
+import { Drawn } from "meshcone/drawn";
+import { paneAt, panesOf } from "meshcone/panes";
 
-const SHAPE = 0x9fb3bb;
-const MARK = 0xff2d95;
-
-/** A surface as three.js draws it. */
-class Drawn {
-  constructor(THREE, surface) {
-    this.THREE = THREE;
-    this.scene = new THREE.Scene();
-    // As camera light: what is looked at is never in the dark.
-    this.light = new THREE.DirectionalLight(0xffffff, 0.75);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a94a0, 0.42), this.light, this.light.target);
-    // Flat: facets, not an impression of smoothness, are what is judged here.
-    this.material = new THREE.MeshPhongMaterial({ color: SHAPE, flatShading: true, specular: 0, shininess: 0, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-    this.lines = new THREE.MeshBasicMaterial({ color: 0x10202a, wireframe: true, transparent: true, opacity: 0.38 });
-    this.replace(surface);
-  }
-
-  replace(surface) {
-    const { BufferAttribute, BufferGeometry, Mesh } = this.THREE;
-    this.surface = surface;
-    this.mesh?.geometry.dispose();
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(surface.position, 3));
-    geometry.setIndex(new BufferAttribute(surface.index, 1));
-    if (this.mesh) this.scene.remove(this.mesh, this.wire);
-    this.mesh = new Mesh(geometry, this.material);
-    this.wire = new Mesh(geometry, this.lines);
-    this.scene.add(this.mesh, this.wire);
-  }
-
-  /**
-   * Colour by values, or plainly for null. Values are looked up in the scale at each pixel:
-   * between colours of vertices there would be colours that the scale does not have.
-   */
-  colour(values, top, threshold) {
-    const { BufferAttribute, DataTexture } = this.THREE;
-    this.material.map?.dispose();
-    this.material.map = null;
-    if (values !== null) {
-      const bytes = scaleBytes(top, threshold);
-      this.material.map = new DataTexture(bytes, bytes.length / 4, 1);
-      this.material.map.needsUpdate = true;
-      const places = new Float32Array(2 * values.length).fill(0.5);
-      for (let index = 0; index < values.length; index += 1) places[2 * index] = Math.min(values[index] / top, 1);
-      this.mesh.geometry.setAttribute("uv", new BufferAttribute(places, 2));
-    }
-    this.material.color.set(values === null ? SHAPE : 0xffffff);
-    this.material.needsUpdate = true;
-  }
-}
-
-/** A white disc with a dark rim, which is what marks a point. */
-function disc(THREE) {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const context = canvas.getContext("2d");
-  context.arc(16, 16, 12, 0, 2 * Math.PI);
-  context.fillStyle = "#fff";
-  context.fill();
-  context.lineWidth = 4;
-  context.strokeStyle = "#222";
-  context.stroke();
-  return new THREE.CanvasTexture(canvas);
-}
+const LINE = 0xff2d95;
+const BLINK = 700;  // milliseconds for each of the two
 
 export class Viewer {
   /**
@@ -77,84 +16,94 @@ export class Viewer {
   constructor(THREE, canvas, preview) {
     this.THREE = THREE;
     this.canvas = canvas;
-    this.preview = preview;
     this.names = ["input", "refined", "reference"].filter((name) => preview.surfaces[name]);
     this.drawn = Object.fromEntries(this.names.map((name) => [name, new Drawn(THREE, preview.surfaces[name])]));
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setScissorTest(true);
     this.renderer.autoClear = false;
     this.orbit = new OrbitCamera(THREE, canvas, () => this.redraw());
-    this.state = { layout: "side", wipe: 0.5, over: this.names.includes("refined") ? ["input", "refined"] : ["input", "reference"], colour: "shape", wireframe: false, top: 1, threshold: null };
-    this.marks = [];
-    this.disc = disc(THREE);
-    this.onPanes = () => {};
+    this.state = {
+      layout: "side", shown: this.leading, over: [this.leading === "refined" ? "input" : this.leading, this.leading === "refined" ? "refined" : "reference"],
+      turn: 0, wipe: 0.5, colour: "shape", scale: null, wireframe: false,
+    };
+    this.lines = [];
+    this.onDraw = () => {};
     new ResizeObserver(() => this.redraw()).observe(canvas);
     this.set({});
+  }
+
+  /** The surface that is judged. */
+  get leading() {
+    return this.names.includes("refined") ? "refined" : "input";
   }
 
   /** Change how the meshes are shown. */
   set(changes) {
     Object.assign(this.state, changes);
-    const { colour, top, threshold, wireframe } = this.state;
-    for (const [name, drawn] of Object.entries(this.drawn)) {
+    const { colour, scale, wireframe, layout } = this.state;
+    for (const drawn of Object.values(this.drawn)) {
       drawn.wire.visible = wireframe;
-      if (["colour", "top", "threshold"].some((key) => key in changes)) {
-        const values = colour === "shape" ? null : drawn.surface[colour] ?? null;
-        drawn.colour(values, top, colour === "deviation" ? threshold : null);
-      }
-      drawn.name = name;
+      if ("colour" in changes || "scale" in changes) drawn.colour(scale === null ? null : drawn.surface[colour] ?? null, scale);
     }
+    if ("layout" in changes) this.#blink(layout === "blink");
     this.redraw();
+  }
+
+  /** Show one of two and then the other; by itself only for those who did not ask for less motion. */
+  #blink(on) {
+    clearInterval(this.blinking);
+    if (on && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.blinking = setInterval(() => this.turnOver(), BLINK);
+  }
+
+  /** Show the other one of two that blink. */
+  turnOver() {
+    this.set({ turn: 1 - this.state.turn });
   }
 
   /** Put another mesh, such as one with every triangle, in the place of one. */
   replace(name, surface) {
-    this.drawn[name].replace(surface);
+    this.drawn[name].replace({ ...this.drawn[name].surface, ...surface });
     this.set({ colour: this.state.colour });
   }
 
-  /** Mark a point and the closest one of the other surface, and fly there. */
-  show(point, closest) {
-    this.mark(point, closest);
-    this.orbit.flyTo(point);
-  }
-
-  /** Mark a point, with a line to another; what was marked before is marked no more. */
-  mark(point, closest) {
-    const { BufferAttribute, BufferGeometry, Line, LineBasicMaterial, Points, PointsMaterial } = this.THREE;
-    for (const mark of this.marks) { mark.removeFromParent(); mark.geometry.dispose(); }
-    const geometry = () => new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array([...point, ...closest]), 3));
-    const first = geometry();
-    first.setDrawRange(0, 1);
-    this.marks = Object.values(this.drawn).flatMap(({ scene }) => {
-      const dot = new Points(first, new PointsMaterial({ color: MARK, map: this.disc, transparent: true, size: 16, sizeAttenuation: false, depthTest: false }));
-      const line = new Line(geometry(), new LineBasicMaterial({ color: MARK, depthTest: false }));
-      dot.renderOrder = line.renderOrder = 2;
-      scene.add(dot, line);
-      return [dot, line];
+  /** Draw lines between points of the frame, over everything; those drawn before go. */
+  connect(pairs) {
+    const { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments } = this.THREE;
+    for (const line of this.lines) { line.removeFromParent(); line.geometry.dispose(); }
+    const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(pairs.flat(2)), 3));
+    this.lines = Object.values(this.drawn).map(({ scene }) => {
+      const line = new LineSegments(geometry, new LineBasicMaterial({ color: LINE, depthTest: false }));
+      line.renderOrder = 2;
+      scene.add(line);
+      return line;
     });
+    this.redraw();
   }
 
-  /** The panes in CSS pixels: which surface, the rectangle it is drawn for, the one it shows in. */
   panes() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const whole = { x: 0, y: 0, width, height };
-    if (this.state.layout === "wipe") {
-      const [left, right] = this.state.over;
-      const at = Math.round(width * this.state.wipe);
-      return [
-        { name: left, view: whole, clip: { ...whole, width: at } },
-        { name: right, view: whole, clip: { ...whole, x: at, width: width - at } },
-      ];
-    }
-    const stacked = height > width;
-    const count = this.names.length;
-    return this.names.map((name, number) => {
-      const view = stacked
-        ? { x: 0, y: (height / count) * number, width, height: height / count }
-        : { x: (width / count) * number, y: 0, width: width / count, height };
-      return { name, view, clip: view };
+    return panesOf(this.state, this.names, this.canvas.clientWidth, this.canvas.clientHeight);
+  }
+
+  /** Where a point of the frame is on the canvas, in each pane that draws one of some surfaces. */
+  project(point, names) {
+    return this.panes().filter((pane) => pane.names.some((name) => names.includes(name))).map(({ view, clip }) => {
+      const at = new this.THREE.Vector3(...point).project(this.orbit.for(view.width / view.height));
+      const x = view.x + ((at.x + 1) / 2) * view.width;
+      const y = view.y + ((1 - at.y) / 2) * view.height;
+      return { x, y, seen: at.z < 1 && x >= clip.x && x <= clip.x + clip.width && y >= clip.y && y <= clip.y + clip.height };
     });
+  }
+
+  /** The nearest point of a surface under a point of the canvas, in the frame; null beside it. */
+  pick(x, y) {
+    const found = paneAt(this.panes(), x, y);
+    if (!found) return null;
+    const { Raycaster, Vector2 } = this.THREE;
+    const { names, view } = found.pane;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(found.at.x, found.at.y), this.orbit.for(view.width / view.height));
+    const [hit] = ray.intersectObjects(names.map((name) => this.drawn[name].mesh));
+    return hit ? hit.point.toArray() : null;
   }
 
   redraw() {
@@ -163,12 +112,13 @@ export class Viewer {
     requestAnimationFrame((now) => {
       this.waiting = false;
       const goesOn = this.orbit.advance(now);
-      this.#draw();
+      this.draw();
       if (goesOn) this.redraw();
     });
   }
 
-  #draw() {
+  /** Draw now; what the canvas holds can be read until the browser shows it. */
+  draw() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
     const size = this.renderer.getSize(new this.THREE.Vector2());
@@ -177,18 +127,21 @@ export class Viewer {
       this.renderer.setSize(width, height, false);
     }
     const panes = this.panes();
-    for (const { name, view, clip } of panes) {
+    for (const { names, view, clip } of panes) {
       if (clip.width < 1) continue;
       const camera = this.orbit.for(view.width / view.height);
-      const { scene, light } = this.drawn[name];
-      light.position.copy(camera.position);
-      light.target.position.copy(this.orbit.target);
       const upward = ({ x, y, width: w, height: h }) => [x, height - y - h, w, h];
       this.renderer.setViewport(...upward(view));
       this.renderer.setScissor(...upward(clip));
       this.renderer.clear();
-      this.renderer.render(scene, camera);
+      for (const [layer, name] of names.entries()) {
+        const drawn = this.drawn[name];
+        drawn.light.position.copy(camera.position);
+        drawn.light.target.position.copy(this.orbit.target);
+        drawn.veiled(layer > 0);
+        this.renderer.render(drawn.scene, camera);
+      }
     }
-    this.onPanes(panes);
+    this.onDraw(panes);
   }
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Page, expect
 
 from meshcone.files import MeshFile
@@ -81,7 +82,7 @@ def test_choosing_a_worst_place_flies_there(job_page: Page) -> None:
 def test_the_slider_wipes_from_input_to_refined(job_page: Page) -> None:
     canvas = job_page.locator(".view canvas")
     job_page.get_by_role("button", name="Wipe", exact=True).click()
-    job_page.get_by_role("checkbox", name="Wireframe").check()
+    job_page.get_by_role("button", name="Wireframe").click()
     slider = job_page.get_by_label("Wipe between the meshes")
     settle(job_page)
     keep_picture(job_page, "wipe", height=950)
@@ -104,6 +105,75 @@ def test_the_keyboard_turns_all_meshes_together(job_page: Page) -> None:
     after = np.array_split(pixels(canvas), 3, axis=1)
 
     assert all(difference(one, other) > 1.0 for one, other in zip(before, after, strict=True))
+
+
+def test_a_link_opens_the_same_view(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    job_page.get_by_role("button", name="Wipe", exact=True).click()
+    job_page.get_by_label("Which meshes").select_option(label="Refined | Reference")
+    job_page.get_by_role("button", name="Shape", exact=True).click()
+    canvas.press("ArrowRight")
+    canvas.press("+")
+    job_page.wait_for_url(
+        re.compile("(?=.*view=wipe:refined,reference)(?=.*colour=shape)(?=.*camera=0,0,0,3.06,)")
+    )
+    canvas.blur()
+    before = pixels(canvas)
+
+    job_page.reload()
+    job_page.wait_for_selector("[data-ready]")
+    settle(job_page)
+
+    expect(job_page.get_by_role("button", name="Wipe", exact=True)).to_have_attribute(
+        "aria-pressed", "true"
+    )
+    assert difference(before, pixels(canvas)) < 1.0
+
+
+def test_two_meshes_blink_or_lie_over_each_other(job_page: Page) -> None:
+    labels = job_page.locator(".pane-label")
+    job_page.get_by_role("button", name="Blink", exact=True).click()
+    expect(labels).to_have_text([re.compile("^Source")])
+    job_page.get_by_role("button", name="Show the other").click()
+    expect(labels).to_have_text([re.compile("^Refined")])
+
+    job_page.get_by_role("button", name="Overlay", exact=True).click()
+    expect(labels).to_have_text("Source under Refined")
+    settle(job_page)
+    both = pixels(job_page.locator(".view canvas"))
+    job_page.get_by_role("button", name="One", exact=True).click()
+    expect(labels).to_have_text([re.compile("^Refined")])
+    settle(job_page)
+
+    assert difference(both, pixels(job_page.locator(".view canvas"))) > 1.0
+
+
+def test_a_pin_names_what_was_found_and_flies_there(job_page: Page) -> None:
+    canvas = job_page.locator(".view canvas")
+    before = pixels(canvas)
+    pins = job_page.get_by_test_id("pins").get_by_role("button")
+    pins.get_by_text("farthest, proven").first.locator("..").dispatch_event("click")
+    settle(job_page)
+
+    expect(
+        job_page.get_by_role("button", name=re.compile("^1 farthest, proven"))
+    ).to_have_attribute("aria-pressed", "true")
+    assert difference(before, pixels(canvas)) > DRAWN
+
+
+def test_the_view_is_saved_as_a_picture_with_its_scale(job_page: Page) -> None:
+    box = job_page.locator(".view canvas").bounding_box()
+    assert box is not None
+    with job_page.expect_download() as downloading:
+        job_page.get_by_role("button", name="Save a picture").click()
+
+    assert downloading.value.suggested_filename == "jug_scan.view.png"
+    picture = Image.open(downloading.value.path()).convert("RGB")
+    assert picture.width == pytest.approx(box["width"], abs=1)
+    assert picture.height > box["height"] + 40
+    drawn = np.asarray(picture, dtype=float)
+    assert drawn[: int(box["height"])].std() > DRAWN
+    assert drawn[int(box["height"]) :].std() > DRAWN
 
 
 def test_the_verdict_is_said_in_words(job_page: Page) -> None:
@@ -142,7 +212,7 @@ def test_what_is_proven_is_stated_and_its_farthest_point_is_a_place(
 
     expect(job_page.get_by_test_id("statement")).to_have_text(f"E{statement[1:]}.")
     expect(job_page.locator("tr[data-metric='deviation.max']")).to_contain_text(" to ")
-    place = job_page.get_by_role("button", name=re.compile("farthest, proven"))
+    place = job_page.get_by_role("button", name=re.compile("^1 farthest, proven"))
     place.click()
     expect(place).to_have_attribute("aria-pressed", "true")
 
@@ -267,6 +337,41 @@ def test_a_measurement_shows_the_mesh_beside_its_reference(
     expect(page.locator(".pane-label")).to_have_count(2)
     expect(page.get_by_test_id("verdict")).to_contain_text("units from its reference")
     expect(page.get_by_role("tab", name="Solver")).to_have_count(0)
+    measured = measure_on_the_reference(page, away=60)
+    radius = client.report(job.id)["frame"]["radius"]
+    height = pixels(page.locator(".view canvas")).shape[0]
+    # Facets lie a little inside the ball.
+    assert measured == pytest.approx(radius * chord_on_a_ball(60, height), rel=0.03)
+
+
+def measure_on_the_reference(page: Page, away: float) -> float:
+    """Measure from the middle of the view to some pixels beside it."""
+    page.get_by_role("button", name="One", exact=True).click()
+    page.get_by_label("Which meshes").select_option(label="Reference")
+    page.get_by_role("button", name="Pins").click()
+    page.get_by_role("button", name="Measure between two points").click()
+    settle(page)
+    canvas = page.locator(".view canvas")
+    box = canvas.bounding_box()
+    assert box is not None
+    middle = {"x": box["width"] / 2, "y": box["height"] / 2}
+    canvas.click(position=middle)
+    canvas.click(position={"x": middle["x"] + away, "y": middle["y"]})
+    expect(page.get_by_test_id("measured")).to_contain_text("units apart")
+    return float(page.get_by_test_id("measured").inner_text().split()[0])
+
+
+def chord_on_a_ball(away: float, height: float) -> float:
+    """Distance between the points of a unit ball that two pixels show.
+
+    The eye is 3.6 from the ball's middle, with a field of 35 degrees over the height of the view;
+    the second pixel is ``away`` to the right of the first, which shows the nearest point.
+    """
+    slope = 2 * np.tan(np.radians(35 / 2)) * away / height
+    # |(0, 0, 3.6) + t (slope, 0, -1)| = 1, the nearer of the two.
+    a, b, c = slope**2 + 1, -2 * 3.6, 3.6**2 - 1
+    t = (-b - np.sqrt(b**2 - 4 * a * c)) / (2 * a)
+    return float(np.hypot(t * slope, 3.6 - t - 1))
 
 
 def settle(page: Page) -> None:

@@ -98,13 +98,13 @@ def test_a_measured_pair_shows_its_input() -> None:
     assert set(attributes) == {"POSITION", "COLOR_0", "_DEVIATION"}
 
 
-def test_colours_go_from_dark_to_light_and_stay_there() -> None:
+def test_colours_go_from_light_to_dark_and_stay_there() -> None:
     light = colours(np.array([0.0, 0.5, 1.0, 7.0]), 1.0)[:, :3].astype(int).sum(axis=1)
 
-    assert light[0] < light[1] < light[2] == light[3]
+    assert light[0] > light[1] > light[2] == light[3]
 
 
-def test_where_nothing_deviates_all_is_dark() -> None:
+def test_where_nothing_deviates_all_is_light() -> None:
     nothing = np.zeros(3)
 
     assert (colours(nothing, scale_top(nothing)) == colours(np.zeros(1), 1.0)).all()
