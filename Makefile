@@ -11,7 +11,7 @@ TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi audit validator generators browser screenshots site wheel wheels clean
+.PHONY: demo test check unit fuzz openapi references audit validator generators browser screenshots site wheel wheels clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -40,6 +40,10 @@ fuzz: $(TOOLS)
 
 openapi: $(STAMP)
 	$(BIN)/meshcone openapi
+
+# The tables in docs/ that the code makes.
+references: $(TOOLS)
+	$(BIN)/python -m tests.references
 
 # Known vulnerabilities of the pinned versions; its tool has an environment of its own, so that
 # nothing of it is among what it looks at.

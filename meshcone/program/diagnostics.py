@@ -70,7 +70,7 @@ class RoundRecord(_Record):
 class SolverReport(_Record):
     """All rounds of one refinement."""
 
-    formulation: str
+    formulation: str = Field(description="surface or centroid")
     form: str = Field(description="reduced or cvxpy")
     effort: str = Field(description="fast or best")
     candidate: str = Field(description="which of the settings tried was kept")

@@ -134,9 +134,9 @@ class WorstPoint(_Record):
 class Directed(_Record):
     """Distances of samples of one surface to the other surface, relative to the radius."""
 
-    mean: float
-    rms: float
-    p95: float
+    mean: float = Field(description="mean over the samples")
+    rms: float = Field(description="root of the mean of the squares")
+    p95: float = Field(description="95th percentile of the samples")
     max: float = Field(description="of samples and vertices: a lower bound of the largest there is")
     at: tuple[float, float, float] = Field(description="the point that far away, in model units")
     beyond_percent: float = Field(description="share of the area farther than 1 % of the radius")
@@ -149,7 +149,7 @@ class Directed(_Record):
 class SignedDistances(_Record):
     """Distances of the mesh's samples to the reference, negative inside; relative to the radius."""
 
-    mean: float
+    mean: float = Field(description="mean over the samples")
     p5: float = Field(description="5th percentile: how far the mesh lies inside")
     p95: float = Field(description="95th percentile: how far it lies outside")
 
@@ -194,7 +194,7 @@ class Part(_Record):
 class PerPart(_Record):
     """The directions again, of each part."""
 
-    by: Division
+    by: Division = Field(description="what the parts are")
     count: int = Field(description="parts there are, of either file")
     missing: int = Field(description="parts of the reference that the mesh lacks")
     extra: int = Field(description="parts of the mesh that the reference lacks")

@@ -42,27 +42,27 @@ class _Record(BaseModel):
 class InputRecord(_Record):
     """One of the two files as it was read."""
 
-    name: str
-    format: str
+    name: str = Field(description="file name as it was given")
+    format: str = Field(description="obj, glb and so on")
     member: str | None = Field(None, description="path of the mesh in the archive that was sent")
     tolerance: float | None = Field(
         None,
         description="how far the triangles may lie from the surfaces of a STEP, in model units; "
         "every distance is uncertain by as much, and the proven intervals are wider by it",
     )
-    sha256: str
+    sha256: str = Field(description="hash of the file")
     resources: dict[str, str] = Field(
         default_factory=dict, description="SHA-256 of each file that was sent with it, by name"
     )
-    bytes: int
+    bytes: int = Field(description="size of the file")
     vertices: int = Field(description="as the file stores them, split at seams")
     welded_vertices: int = Field(description="distinct positions some face uses")
     faces: int = Field(
         description="triangles, as the file lists them; those without area among them"
     )
     polygons: int = Field(description="faces as the file stores them")
-    meshes: int
-    materials: int
+    meshes: int = Field(description="meshes that the file has, in an OBJ objects")
+    materials: int = Field(description="materials that its faces name")
     validity: Validity
 
 
@@ -102,25 +102,28 @@ class AlignmentRecord(_Record):
     """
 
     matrix: Matrix = Field(description="(4, 4) from source to reference, for column vectors")
-    method: Literal["none", "correspondence", "icp"]
-    before: float
-    after: float
+    method: Literal["none", "correspondence", "icp"] = Field(
+        description="how the motion was found: in closed form where the faces are the same, else "
+        "by a search"
+    )
+    before: float = Field(description="distance before the motion")
+    after: float = Field(description="distance after it")
     note: str | None = Field(description="why nothing was moved, if nothing was")
 
 
 class Displacement(_Record):
     """How far the written vertices lie from the input's, relative to the radius."""
 
-    mean: float
-    max: float
+    mean: float = Field(description="mean over the vertices")
+    max: float = Field(description="largest of a vertex")
 
 
 class OutputRecord(_Record):
     """The refined file."""
 
-    name: str
-    sha256: str
-    bytes: int
+    name: str = Field(description="file name")
+    sha256: str = Field(description="hash of the file")
+    bytes: int = Field(description="size of the file")
 
 
 class CertificateRecord(_Record):
@@ -144,13 +147,13 @@ class CertificateRecord(_Record):
 class Timings(_Record):
     """Wall-clock seconds of each stage."""
 
-    read: float
-    align: float = 0.0
-    solve: float = 0.0
-    quality: float = 0.0
-    write: float = 0.0
-    audit: float = 0.0
-    total: float
+    read: float = Field(description="reading both files")
+    align: float = Field(0.0, description="bringing the source to the reference")
+    solve: float = Field(0.0, description="all rounds")
+    quality: float = Field(0.0, description="metrics and proof")
+    write: float = Field(0.0, description="writing the refined file")
+    audit: float = Field(0.0, description="looking at the whole assets")
+    total: float = Field(description="all of it")
     metrics: dict[str, float] = Field(
         default_factory=dict,
         description="what the stage 'quality' was spent on, by metric or the search behind several",
@@ -179,9 +182,9 @@ ProvenSection = Annotated[
 class MeasureReport(_Record):
     """Metrics of a mesh against a reference, nothing moved."""
 
-    schema_: Schema = Field(SCHEMA, alias="schema")
-    mode: Literal["measure"] = "measure"
-    version: str
+    schema_: Schema = Field(SCHEMA, alias="schema", description="name of this form of report")
+    mode: Literal["measure"] = Field("measure", description="what was done")
+    version: str = Field(description="version of MeshCone that wrote it")
     statement: Statement = None
     outcome: Agreement = Field(description="whether samples can tell the two surfaces apart")
     inputs: Inputs
@@ -213,11 +216,11 @@ class MeasureReport(_Record):
 class Report(_Record):
     """Everything a refinement says of itself."""
 
-    schema_: Schema = Field(SCHEMA, alias="schema")
-    mode: Literal["refine"] = "refine"
-    version: str
+    schema_: Schema = Field(SCHEMA, alias="schema", description="name of this form of report")
+    mode: Literal["refine"] = Field("refine", description="what was done")
+    version: str = Field(description="version of MeshCone that wrote it")
     statement: Statement = None
-    outcome: Outcome
+    outcome: Outcome = Field(description="what the refinement came to, by a rule")
     inputs: Inputs
     frame: FrameRecord
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
@@ -262,9 +265,9 @@ class AuditInputs(_Record):
 class AuditReport(_Record):
     """What an asset is by itself, and what changed against its reference, if it has one."""
 
-    schema_: Schema = Field(SCHEMA, alias="schema")
-    mode: Literal["audit"] = "audit"
-    version: str
+    schema_: Schema = Field(SCHEMA, alias="schema", description="name of this form of report")
+    mode: Literal["audit"] = Field("audit", description="what was done")
+    version: str = Field(description="version of MeshCone that wrote it")
     inputs: AuditInputs
     options: Options
     asset: Audits

@@ -24,17 +24,19 @@ class Budget(Section):
     triangles: int = Field(description="drawn, instances counted each time")
     vertices: int = Field(description="drawn, split at seams as a GPU needs them")
     draw_calls: int = Field(description="primitives drawn, at every node that places them")
-    meshes: int
-    nodes: int
+    meshes: int = Field(description="meshes that the file has")
+    nodes: int = Field(description="nodes that the file has")
     depth: int = Field(description="levels of the node tree")
-    materials: int
+    materials: int = Field(description="materials that the file has")
     textures: int = Field(description="textures listed; in an OBJ, maps of its materials")
-    images: int
-    animations: int
-    skins: int
+    images: int = Field(description="images that the file has or names")
+    animations: int = Field(description="animations that the file has")
+    skins: int = Field(description="skins that the file has")
     joints: int = Field(description="distinct nodes that skins use")
     morph_targets: int = Field(description="of the mesh with the most")
     uv_sets: int = Field(description="of the primitive with the most")
     color_sets: int = Field(description="of the primitive with the most")
-    extensions_used: tuple[str, ...]
-    extensions_required: tuple[str, ...]
+    extensions_used: tuple[str, ...] = Field(description="extensions that the file says it uses")
+    extensions_required: tuple[str, ...] = Field(
+        description="extensions that the file says a reader must know"
+    )

@@ -28,30 +28,30 @@ class Change(Section):
 class ChangeCounts(Section):
     """How many of each kind of thing."""
 
-    scenes: int = 0
-    nodes: int = 0
-    meshes: int = 0
-    materials: int = 0
-    libraries: int = 0
-    images: int = 0
+    scenes: int = Field(0, description="scenes")
+    nodes: int = Field(0, description="nodes, with where they are")
+    meshes: int = Field(0, description="meshes, with the materials they have")
+    materials: int = Field(0, description="materials, with their factors and textures")
+    libraries: int = Field(0, description="material libraries of an OBJ")
+    images: int = Field(0, description="images, by their content")
     uv_sets: int = Field(0, description="sets of texture coordinates, per mesh")
     color_sets: int = Field(0, description="sets of vertex colours, per mesh")
     attributes: int = Field(0, description="other attributes of vertices, per mesh")
     morph_targets: int = Field(0, description="per mesh")
-    skins: int = 0
-    animations: int = 0
-    cameras: int = 0
-    lights: int = 0
-    extensions: int = 0
-    extras: int = 0
+    skins: int = Field(0, description="skins")
+    animations: int = Field(0, description="animations")
+    cameras: int = Field(0, description="cameras")
+    lights: int = Field(0, description="lights")
+    extensions: int = Field(0, description="extensions that the file uses")
+    extras: int = Field(0, description="extra data of scenes, nodes, meshes and materials")
 
 
 class Changes(Section):
     """All differences of a source from its reference."""
 
-    lost: ChangeCounts
-    added: ChangeCounts
-    renamed: ChangeCounts
-    moved: ChangeCounts
-    altered: ChangeCounts
+    lost: ChangeCounts = Field(description="the reference has it, and the source lacks it")
+    added: ChangeCounts = Field(description="the source has it, and the reference lacks it")
+    renamed: ChangeCounts = Field(description="the source has it under another name")
+    moved: ChangeCounts = Field(description="the source has it in another place of the tree")
+    altered: ChangeCounts = Field(description="the source has another one of that name")
     rows: tuple[Change, ...] = Field(description=f"the first {ROWS_KEPT} of them")

@@ -32,7 +32,7 @@ class Geometry(Section):
     )
     isolated_vertices: int = Field(description="vertices of the file that no triangle uses")
     pieces: int = Field(description="parts connected by shared vertices")
-    closed_pieces: int
+    closed_pieces: int = Field(description="pieces without an open border")
     debris: int = Field(description="pieces smaller than 1 % of the whole")
     inside_out_share: float = Field(
         description="share of the surface in closed pieces that face inwards; cavities, which lie "

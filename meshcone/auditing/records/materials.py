@@ -26,16 +26,16 @@ class MaterialRecord(Section):
 class Materials(Section):
     """All materials together, and each of them."""
 
-    count: int
-    names: tuple[str, ...]
-    unnamed: int
+    count: int = Field(description="materials that the file has or names")
+    names: tuple[str, ...] = Field(description="of the materials")
+    unnamed: int = Field(description="materials without a name")
     unused: int = Field(description="materials that nothing is drawn with")
     undefined: int = Field(description="materials that are named and nowhere defined")
     missing_libraries: int = Field(description="material libraries that were not sent")
     duplicates: int = Field(description="materials that differ from an earlier one in name alone")
     same_names: int = Field(description="materials with the name of an earlier one")
-    blended: int
-    masked: int
-    double_sided: int
+    blended: int = Field(description="materials that are blended by their opacity")
+    masked: int = Field(description="materials that are cut out by their opacity")
+    double_sided: int = Field(description="materials that show the backs of faces")
     without_material: int = Field(description="triangles drawn with the default material")
     items: tuple[MaterialRecord, ...]

@@ -21,8 +21,8 @@ class Motion(Section):
 
     skinned_corners: int = Field(description="corners that have joints and weights")
     weights_not_normalised: int = Field(description="corners whose weights do not add up to 1")
-    weights_not_finite: int
-    weights_negative: int
+    weights_not_finite: int = Field(description="corners with a weight that is no number")
+    weights_negative: int = Field(description="corners with a weight below 0")
     over_four_influences: int = Field(description="corners that more than four joints move")
     joints_out_of_range: int = Field(description="corners with a joint that the skin does not have")
     without_skin: int = Field(description="corners with weights at a node without a skin")
@@ -31,5 +31,5 @@ class Motion(Section):
     animations: tuple[AnimationRecord, ...]
     longest: float = Field(description="seconds of the longest animation")
     empty_animations: int = Field(description="animations without a sound channel")
-    channels_not_finite: int
+    channels_not_finite: int = Field(description="channels with a key that is no number")
     channels_without_target: int = Field(description="channels that move no node")

@@ -10,7 +10,7 @@ from meshcone.auditing.records.section import Section
 class Shading(Section):
     """Counts over the corners of all triangles that have an area."""
 
-    corners: int
+    corners: int = Field(description="corners of the triangles that are drawn")
     without_normals: int = Field(description="corners that have no normal")
     zero_normals: int = Field(description="corners whose normal is zero or no number")
     not_unit_normals: int = Field(description="corners whose normal is longer or shorter than 1")
@@ -21,5 +21,5 @@ class Shading(Section):
         "their own"
     )
     zero_tangents: int = Field(description="corners whose tangent is zero or no number")
-    not_unit_tangents: int
+    not_unit_tangents: int = Field(description="corners whose tangent is longer or shorter than 1")
     wrong_handedness: int = Field(description="corners whose tangent's w is neither 1 nor -1")

@@ -35,18 +35,18 @@ class ImageRecord(Section):
 class Textures(Section):
     """All images together, and each of them."""
 
-    count: int
-    names: tuple[str, ...]
+    count: int = Field(description="images that the file has or names")
+    names: tuple[str, ...] = Field(description="of the images")
     formats: tuple[PictureFormat, ...] = Field(description="each that occurs, once")
     missing: int = Field(description="images that were not sent or cannot be had")
     unreadable: int = Field(description="images that are damaged or of an unknown format")
     not_tested: int = Field(description="images whose pixels were not decoded")
-    not_power_of_two: int
-    not_square: int
-    largest_width: int
-    largest_height: int
-    smallest_width: int
-    smallest_height: int
+    not_power_of_two: int = Field(description="images with a side that is no power of two")
+    not_square: int = Field(description="images that are wider or higher")
+    largest_width: int = Field(description="texels of the widest")
+    largest_height: int = Field(description="texels of the highest")
+    smallest_width: int = Field(description="texels of the narrowest")
+    smallest_height: int = Field(description="texels of the lowest")
     duplicates: int = Field(description="images with the bytes of an earlier one")
     unused: int = Field(description="images that no material uses")
     wrong_color_space: int | None = Field(

@@ -45,13 +45,24 @@ class Uv(Section):
 
     sets: int = Field(description="pairs of a set and a material")
     missing: int = Field(description="triangles whose material has a texture and that lack its set")
-    not_finite: int
-    degenerate: int
-    outside: int
-    tiles: bool
-    overlap_share: float | None
-    inverted_share: float
-    unused_share: float | None
+    not_finite: int = Field(description="triangles with a coordinate that is no number")
+    degenerate: int = Field(description="triangles with an area, and none in the texture")
+    outside: int = Field(description="triangles that leave 0 to 1")
+    tiles: bool = Field(
+        description="whether a triangle spans more than one tile, as repeated textures do"
+    )
+    overlap_share: float | None = Field(
+        description="largest share of a set's covered texels that more than one triangle covers; "
+        "null where it was not tested"
+    )
+    inverted_share: float = Field(
+        description="largest share of a set's surface whose coordinates run the other way round "
+        "than most"
+    )
+    unused_share: float | None = Field(
+        description="largest share of a set's texels that nothing covers; null where it was not "
+        "tested"
+    )
     texel_density_min: float | None = Field(
         description="least median of any material, in texels per model unit"
     )

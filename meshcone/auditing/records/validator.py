@@ -24,10 +24,10 @@ class Validator(Section):
     """Counts are null where the validator was not asked or gave no answer."""
 
     version: str | None = Field(None, description="of the validator")
-    errors: int | None = None
-    warnings: int | None = None
-    infos: int | None = None
-    hints: int | None = None
+    errors: int | None = Field(None, description="what breaks the specification")
+    warnings: int | None = Field(None, description="what is likely to be wrong")
+    infos: int | None = Field(None, description="what a reader may want to know")
+    hints: int | None = Field(None, description="what could be better")
     not_tested: str | None = Field(None, description="why there are no counts")
     messages: tuple[ValidatorMessage, ...] = Field(
         (), description=f"the first {MESSAGES_KEPT}, the worst first"
