@@ -12,6 +12,12 @@ COPY service ./service
 ARG EXTRAS=""
 RUN /opt/meshcone/bin/pip install --no-cache-dir --disable-pip-version-check \
         --constraint constraints.txt ".${EXTRAS}"
+# What is in there, as CycloneDX: a bill of materials for whoever has to answer for the image.
+RUN python -m venv /opt/bill \
+    && /opt/bill/bin/pip install --no-cache-dir --disable-pip-version-check \
+        --constraint constraints.txt cyclonedx-bom==7.5.0 \
+    && /opt/bill/bin/cyclonedx-py environment --output-reproducible --pyproject pyproject.toml \
+        -o /opt/meshcone/meshcone.cdx.json /opt/meshcone/bin/python
 
 FROM python:3.11.14-slim-bookworm
 ENV PATH=/opt/meshcone/bin:$PATH \

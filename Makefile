@@ -62,7 +62,8 @@ $(SITE):
 	$(PYTHON) -m venv $(VENV)/site
 	$(VENV)/site/bin/python -m pip install --quiet --disable-pip-version-check zensical==0.0.73
 
-# What is published, in dist: built, installed into an empty environment and tried by the demo.
+# What is published, in dist: sdist, wheel and bill of materials. The wheel is installed into an empty
+# environment and tried there by the demo.
 wheel:
 	$(PYTHON) .ci/wheel $(PYTHON)
 

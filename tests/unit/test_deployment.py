@@ -69,6 +69,13 @@ def test_the_changelog_has_the_version_below_what_is_not_released() -> None:
     assert headings[:2] == ["Unreleased", PROJECT["project"]["version"]]
 
 
+def test_wheel_and_image_have_their_bill_of_materials_from_one_tool() -> None:
+    texts = [(ROOT / name).read_text() for name in (".ci/wheel", "Dockerfile")]
+    [of_the_wheel, of_the_image] = [re.findall(r"cyclonedx-bom==[\d.]+", text) for text in texts]
+
+    assert of_the_wheel == of_the_image != []
+
+
 def test_every_dependency_is_pinned_to_one_version() -> None:
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pins = [line for line in lines if not line.startswith("#")]
