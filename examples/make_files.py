@@ -118,14 +118,12 @@ def drawing(folder: Path) -> None:
 
 
 def template(folder: Path) -> None:
-    """A head with texture coordinates, and the scan of somebody else's, larger and turned."""
+    """A head with texture coordinates, and the scan of somebody's, which has a nose."""
     save(made(folder / "head.glb"), turned(HEAD, 32, 40), "skin")
     person = trimesh.creation.icosphere(subdivisions=5)
     x, y, z = person.vertices.T
     nose = 0.18 * np.exp(-((x / 0.16) ** 2 + ((y - 0.05) / 0.25) ** 2)) * (z > 0)
     person.vertices = np.column_stack([0.8 * x, 1.02 * y, 0.93 * z + nose])
-    person.apply_transform(trimesh.transformations.rotation_matrix(0.15, [0, 1, 0], [0.1, 0, 0]))
-    person.apply_scale(1.1)
     person.export(folder / "person.ply")
 
 
