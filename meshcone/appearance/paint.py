@@ -70,6 +70,11 @@ class Paint:
         )
 
     @property
+    def is_at_hand(self) -> bool:
+        """Whether its colours can be had now without decoding an image."""
+        return self.has_colour and self._pictures.keys() <= self._decoded.keys()
+
+    @property
     def why_unknown(self) -> str | None:
         """Why colours that were asked for are not known; None if all of them are."""
         if not self._faults:

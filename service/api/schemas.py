@@ -34,6 +34,7 @@ _RESULTS = {
     "preview": "preview.glb",
     "heatmap": "heatmap.glb",
     "pictures": "pictures.png",
+    "thumbnail": "thumbnail.webp",
     "diagnostics_csv": "diagnostics.csv",
 }
 
@@ -210,6 +211,11 @@ class JobLinks(BaseModel):
         default=None,
         description="six views of input, refined mesh and reference in their colours, as PNG; "
         "absent where neither file has colours",
+    )
+    thumbnail: str | None = Field(
+        default=None,
+        description="a small picture of the refined mesh, or of the source where nothing was "
+        "refined, as WebP; absent of an audit",
     )
     diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
     diagnostics_csv: str | None = Field(

@@ -264,6 +264,10 @@ class Client:
             return None
         return self._get(f"{job_path(job_id)}/pictures.png").content
 
+    def thumbnail(self, job_id: str) -> bytes:
+        """A small picture of the mesh of a job that succeeded, as WebP."""
+        return self._get(f"{job_path(job_id)}/thumbnail.webp").content
+
     def diagnostics(self, job_id: str) -> dict[str, Any]:
         """What the solver did, of a job that succeeded."""
         diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()

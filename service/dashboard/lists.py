@@ -28,6 +28,7 @@ _ROW: dict[str, Any] = {
     "source": {"name"},
     "reference": {"name"},
     "error": {"detail"},
+    "links": {"thumbnail"},
     "summary": {
         "outcome": True,
         "radius": True,

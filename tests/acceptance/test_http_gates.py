@@ -45,6 +45,7 @@ def test_a_measurement_has_a_report_and_views_of_its_input(
         "report",
         "heatmap",
         "preview",
+        "thumbnail",
     }
     for result in ("mesh", "certificate", "diagnostics", "diagnostics.csv"):
         answer = http.get(f"/v1/jobs/{measured.id}/{result}")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 
 import httpx2
 import numpy as np
 import pytest
+from PIL import Image
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
@@ -15,7 +17,10 @@ from service.client import Client
 from service.stack import Stack
 from tests.painted import encoded, painted, picture
 
-FILES = ["mesh", "report", "certificate", "preview.glb", "heatmap.glb", "diagnostics.csv"]
+FILES = [
+    "mesh", "report", "certificate", "preview.glb", "heatmap.glb", "diagnostics.csv",
+    "thumbnail.webp",
+]  # fmt: skip
 
 
 @pytest.fixture
@@ -122,6 +127,12 @@ def test_a_measurement_has_a_heatmap_too(
     job = client.wait(client.submit(rough_ball, ball, {"mode": "measure"}).id)
 
     assert http.get(str(job.links.heatmap)).content[:4] == b"glTF"
+
+
+def test_a_job_leaves_a_small_picture(client: Client, finished: Job) -> None:
+    picture = Image.open(io.BytesIO(client.thumbnail(finished.id)))
+
+    assert (picture.format, picture.size) == ("WEBP", (112, 112))
 
 
 def test_coloured_files_are_pictured_from_six_sides(http: httpx2.Client, stack: Stack) -> None:

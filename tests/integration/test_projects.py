@@ -108,7 +108,10 @@ def job(owner: Caller) -> str:
 def finish(http: TestClient, job_id: str) -> dict[str, bytes]:
     """Have a job succeed as a worker would; what it has made."""
     context: Context = http.app.state.context  # type: ignore[attr-defined]
-    names = ("mesh", "report", "certificate", "preview", "heatmap", "pictures", "diagnostics_csv")
+    names = (
+        "mesh", "report", "certificate", "preview", "heatmap", "pictures", "thumbnail",
+        "diagnostics_csv",
+    )  # fmt: skip
     made = {name: json.dumps({"solver": name, "id": job_id}).encode() for name in names}
     digests = context.blobs.put_all(made.values(), job_id)
     artifacts = {

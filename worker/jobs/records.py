@@ -187,7 +187,7 @@ class JobRecord(_Frozen):
             W3C Trace Context.
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
             ``diagnostics_csv``, ``heatmap`` and, unless the input was kept, ``certificate``; of
-            coloured files ``pictures``.
+            coloured files ``pictures``; mostly a ``thumbnail`` too.
         verdict: what the gates say of it, if there were any.
         summary: the few numbers of its report that a list of jobs shows.
         timings: seconds each stage took, once it has succeeded.

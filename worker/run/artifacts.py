@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -12,6 +13,7 @@ from meshcone.report.report import AnyReport, AuditReport, diagnostics_csv
 from meshcone.views.heatmap import heatmap_glb
 from meshcone.views.pictures import pictures_png
 from meshcone.views.preview import preview_glb
+from meshcone.views.thumbnail import thumbnail_webp
 from worker.jobs.summaries import JobSummary
 from worker.jobs.tallies import Tallies, tallies_of
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
     from meshcone.views.scene import Scene
+
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,8 @@ class JobFiles:
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
     """What a refinement of a source of this name leaves.
 
-    That is mesh, report, table, certificate, a preview, a heatmap and, of coloured files, pictures.
+    That is mesh, report, table, certificate, a preview, a heatmap, a thumbnail and, of
+    coloured files, pictures.
     """
     stem = PurePath(source).stem
     table = diagnostics_csv(refinement.report.solver).encode()
@@ -97,4 +103,16 @@ def _views(stem: str, scene: Scene) -> dict[str, ArtifactFile]:
     pictures = pictures_png(scene)
     if pictures is not None:
         files["pictures"] = ArtifactFile(pictures, "image/png", f"{stem}.pictures.png")
+    thumbnail = _thumbnail(scene)
+    if thumbnail is not None:
+        files["thumbnail"] = ArtifactFile(thumbnail, "image/webp", f"{stem}.thumbnail.webp")
     return files
+
+
+def _thumbnail(scene: Scene) -> bytes | None:
+    """A small picture, if there can be one: no job fails for want of what a list looks like."""
+    try:
+        return thumbnail_webp(scene)
+    except Exception:
+        logger.exception("no thumbnail could be drawn")
+        return None

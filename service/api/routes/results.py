@@ -115,6 +115,14 @@ def get_pictures(
     return file_response(context.blobs, artifact_of(record, "pictures"), conditions)
 
 
+@_file_route("thumbnail.webp", "a small picture", "image/webp")
+def get_thumbnail(
+    record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
+) -> Response:
+    """The refined mesh, or the source where nothing was refined, on 112 by 112 pixels."""
+    return file_response(context.blobs, artifact_of(record, "thumbnail"), conditions)
+
+
 @_file_route("certificate", "the certificate, a NumPy .npz archive", "application/zip")
 def get_certificate(
     record: FoundJob, context: ContextDependency, conditions: ConditionsDependency
@@ -182,6 +190,8 @@ def artifact_of(record: JobRecord, name: str) -> Artifact:
 def _why_none(record: JobRecord, name: str) -> str:
     if name == "pictures":
         return "neither file has colours, or comparing them was turned off"
+    if name == "thumbnail":
+        return "audits have none, nor have meshes without extent and jobs of earlier versions"
     # A record of an earlier version has no mode; it was refined.
     mode = record.options.get("mode")
     if mode == "audit":

@@ -3,12 +3,13 @@
 import { h } from "meshcone/dom";
 import { age, dateTime } from "meshcone/format";
 import { chip, hasEnded, outcomeWords, projectTag, stageWords, waitWords, worstWords } from "meshcone/job-words";
+import { thumbnail } from "meshcone/thumbnail";
 
 function nameCell(job) {
   const labels = job.labels.map((label) => h("a", { class: "tag", href: `/?${new URLSearchParams({ label })}` }, label));
-  return h("td", { class: "job-cell" },
+  return h("td", { class: "job-cell" }, thumbnail(job), h("div", null,
     h("a", { class: "pair", href: `/jobs/${job.id}` }, h("span", { class: "name" }, job.source.name), job.reference && h("span", { class: "against" }, ` → ${job.reference.name}`)),
-    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels));
+    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels)));
 }
 
 /** What came of it: the verdict before anything else, and the outcome beside it. */
