@@ -23,7 +23,8 @@ READ_AT_FIRST = 32  # lists nobody has looked at before, beside those
 # What a row of the table is made of: a seventh of a job.
 _ROW: dict[str, Any] = {
     **dict.fromkeys(
-        ("id", "state", "labels", "project", "created", "mode", "progress", "verdict"), True
+        ("id", "state", "labels", "project", "created", "mode", "progress", "verdict", "expired"),
+        True,
     ),
     "source": {"name"},
     "reference": {"name"},

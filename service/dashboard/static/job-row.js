@@ -5,11 +5,11 @@ import { age, dateTime } from "meshcone/format";
 import { chip, hasEnded, outcomeWords, projectTag, stageWords, waitWords, worstWords } from "meshcone/job-words";
 import { thumbnail } from "meshcone/thumbnail";
 
-function nameCell(job) {
+function nameCell(job, selection) {
   const labels = job.labels.map((label) => h("a", { class: "tag", href: `/?${new URLSearchParams({ label })}` }, label));
-  return h("td", { class: "job-cell" }, thumbnail(job), h("div", null,
+  return h("td", { class: "job-cell" }, h("div", { class: "job-line" }, selection.checkbox(job), thumbnail(job), h("div", null,
     h("a", { class: "pair", href: `/jobs/${job.id}` }, h("span", { class: "name" }, job.source.name), job.reference && h("span", { class: "against" }, ` → ${job.reference.name}`)),
-    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels)));
+    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels))));
 }
 
 /** What came of it: the verdict before anything else, and the outcome beside it. */
@@ -28,12 +28,15 @@ function resultCell(job) {
     outcome && h("span", { class: "hint", title: `${job.source.name} is ${outcomeWords(outcome)}` }, outcome.replaceAll("_", " ")));
 }
 
-/** @param {Object} job as the list tells of it */
-export function jobRow(job) {
+/**
+ * @param {Object} job as the list tells of it
+ * @param {Selection} selection that it can be chosen for
+ */
+export function jobRow(job, selection) {
   const words = job.error ? job.error.detail : worstWords(job.summary);
   const ending = job.state === "failed" ? "error" : job.verdict ?? "";
   return h("tr", { "data-id": job.id, class: hasEnded(job) ? ending : "" },
-    nameCell(job),
+    nameCell(job, selection),
     resultCell(job),
     h("td", { class: "worst" }, h("span", { title: words }, words)),
     h("td", { class: "right soft age" }, h("time", { datetime: job.created, title: dateTime(job.created) }, age(job.created))));

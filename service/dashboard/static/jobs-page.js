@@ -5,9 +5,11 @@ import { byId, h } from "meshcone/dom";
 import { age } from "meshcone/format";
 import { JobFilters } from "meshcone/job-filters";
 import { jobRow } from "meshcone/job-row";
+import { Selection } from "meshcone/selection";
 import { startSubmitting } from "meshcone/submit";
 
 const rows = byId("rows");
+const selection = new Selection(rows);
 const drawn = new WeakMap();  // a job that has not changed keeps its row
 let jobs = [];
 let older = [];
@@ -15,15 +17,24 @@ let cursor = null;
 let following = null;
 
 function rowOf(job) {
-  if (!drawn.has(job)) drawn.set(job, jobRow(job));
+  if (!drawn.has(job)) drawn.set(job, jobRow(job, selection));
   return drawn.get(job);
 }
 
+/** Put other rows in place; what has the focus keeps it. */
+function replaceRows(wanted) {
+  const focused = rows.contains(document.activeElement) ? document.activeElement : null;
+  const { id } = focused?.closest("tr").dataset ?? {};
+  rows.replaceChildren(...wanted);
+  if (id) rows.querySelector(`tr[data-id="${id}"] ${focused.matches(".choose") ? ".choose" : ".pair"}`)?.focus();
+}
+
 function show() {
-  const focused = rows.contains(document.activeElement) ? document.activeElement.closest("tr").dataset.id : null;
-  rows.replaceChildren(...[...jobs, ...older].map(rowOf));
+  const shown = [...jobs, ...older];
+  const wanted = shown.map(rowOf);
+  if (wanted.length !== rows.children.length || wanted.some((row, index) => row !== rows.children[index])) replaceRows(wanted);
   rows.setAttribute("aria-busy", "false");
-  if (focused) rows.querySelector(`tr[data-id="${focused}"] a`)?.focus();
+  selection.show(shown);
   byId("jobs").hidden = jobs.length === 0;
   byId("more").hidden = cursor === null;
   byId("jobs-state").replaceChildren(...(jobs.length ? [] : [filters.narrow ? noneLikeThat() : noneYet()]));

@@ -110,6 +110,44 @@ def test_the_sample_is_shown_before_it_is_sent_and_gets_better(page: Page, clien
     assert report["inputs"]["reference"]["validity"]["watertight"]
 
 
+def test_chosen_jobs_are_canceled_sent_again_and_deleted_together(
+    page: Page, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    client.submit(hold.mesh(rough_ball), ball)  # keeps the one worker from what comes here
+    for _ in range(2):
+        client.submit(rough_ball, ball, {"mode": "measure"}, labels=["many at once"])
+    page.goto("/?label=many+at+once")
+    rows = page.locator("#rows tr[data-id]")
+    expect(rows).to_have_count(2)
+
+    rows.first.get_by_role("checkbox").focus()
+    page.keyboard.press("Shift+ArrowDown")
+    expect(page.get_by_text("2 jobs chosen")).to_be_visible()
+    expect(page.get_by_role("button", name="Delete")).to_be_disabled()
+    page.get_by_role("button", name="Cancel", exact=True).click()
+    expect(page.get_by_text("2 jobs canceled.")).to_be_visible()
+    expect(rows.locator(".chip.canceled")).to_have_count(2)
+
+    page.get_by_label("Choose all").check()
+    page.get_by_role("button", name="Run again").click()
+    expect(rows).to_have_count(4)
+    again, *_, first = client.jobs(label="many at once").jobs
+    assert again.source == first.source.model_copy(update={"link": again.source.link})
+    assert client.job(again.id).options == {"mode": "measure"}
+
+    page.get_by_label("Choose all").check()
+    page.keyboard.press("Escape")
+    expect(page.locator("#selected")).to_be_hidden()
+    page.get_by_label("Choose all").check()
+    page.get_by_role("button", name="Cancel 2").click()
+    expect(rows.locator(".chip.canceled")).to_have_count(4)
+    page.get_by_label("Choose all").check()
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("button", name="Delete").click()
+    expect(page.get_by_text("No job is like that")).to_be_visible()
+    assert client.jobs(label="many at once").jobs == []
+
+
 def test_options_are_asked_for_as_the_schema_describes_them(
     page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
 ) -> None:

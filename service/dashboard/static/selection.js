@@ -1,0 +1,127 @@
+// Jobs that are chosen together, and what can be done with all of them at once.
+
+import { request, said } from "meshcone/api";
+import { byId, h } from "meshcone/dom";
+import { hasEnded } from "meshcone/job-words";
+
+const AT_A_TIME = 4;  // requests
+
+const jobPath = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
+
+const jobsInWords = (count) => `${count} ${count === 1 ? "job" : "jobs"}`;
+
+/** A job that is the same once more: its files are known here by their hashes. */
+async function sendAgain({ id }) {
+  const job = await (await request(jobPath(id))).json();
+  const named = ({ name, sha256 }) => ({ name, sha256 });
+  const body = {
+    source: named(job.source),
+    reference: job.reference && named(job.reference),
+    options: job.options,
+    labels: job.labels,
+    ...Object.fromEntries(["source_resources", "reference_resources", "resources"].map((kind) => [kind, job[kind].map(named)])),
+  };
+  await request("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+}
+
+const ACTIONS = [
+  { name: "Run again", done: "sent again", fits: (job) => hasEnded(job) && !job.expired, act: sendAgain },
+  { name: "Cancel", done: "canceled", fits: (job) => !hasEnded(job), act: ({ id }) => request(`${jobPath(id)}/cancel`, { method: "POST" }) },
+  { name: "Delete", done: "deleted", danger: true, fits: hasEnded, act: ({ id }) => request(jobPath(id), { method: "DELETE" }) },
+];
+
+export class Selection {
+  /** @param {Element} rows the table's body: a row has its job's id, and a checkbox of ours */
+  constructor(rows) {
+    this.rows = rows;
+    this.jobs = [];
+    this.chosen = new Set();
+    this.last = null;
+    this.bar = byId("selected");
+    this.all = byId("choose-all");
+    this.all.addEventListener("change", () => this.choose(this.jobs, this.all.checked));
+    rows.addEventListener("click", (event) => event.target.matches(".choose") && this.toggle(event.target, event.shiftKey));
+    rows.addEventListener("keydown", (event) => this.press(event));
+    addEventListener("keydown", (event) => event.key === "Escape" && !document.querySelector("dialog[open]") && this.choose(this.jobs, false));
+  }
+
+  /** A checkbox for the row of a job. */
+  checkbox(job) {
+    return h("input", { type: "checkbox", class: "choose", checked: this.chosen.has(job.id), "aria-label": `Choose ${job.source.name}` });
+  }
+
+  /** Take the jobs that are shown; what is shown no longer is chosen no longer. */
+  show(jobs) {
+    this.jobs = jobs;
+    const ids = new Set(jobs.map(({ id }) => id));
+    this.chosen = new Set([...this.chosen].filter((id) => ids.has(id)));
+    this.tell();
+  }
+
+  box(id) {
+    return this.rows.querySelector(`tr[data-id="${id}"] .choose`);
+  }
+
+  choose(jobs, wanted) {
+    for (const { id } of jobs) {
+      if (wanted) this.chosen.add(id); else this.chosen.delete(id);
+      const box = this.box(id);
+      if (box) box.checked = wanted;
+    }
+    this.tell();
+  }
+
+  /** With shift, all from the last one that was pressed. */
+  toggle(box, range) {
+    const { id } = box.closest("tr").dataset;
+    const places = [this.last, id].map((each) => this.jobs.findIndex((job) => job.id === each)).sort((a, b) => a - b);
+    this.last = id;
+    this.choose(range && places[0] >= 0 ? this.jobs.slice(places[0], places[1] + 1) : [{ id }], box.checked);
+  }
+
+  /** Arrow keys go from checkbox to checkbox; with shift they choose on their way. */
+  press(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || !event.target.matches(".choose")) return;
+    const at = this.jobs.findIndex(({ id }) => id === event.target.closest("tr").dataset.id);
+    const next = this.jobs[at + step];
+    if (!next) return;
+    event.preventDefault();
+    if (event.shiftKey) this.choose([this.jobs[at], next], true);
+    this.last = next.id;
+    this.box(next.id).focus();
+  }
+
+  tell() {
+    const chosen = this.jobs.filter(({ id }) => this.chosen.has(id));
+    this.all.checked = chosen.length > 0 && chosen.length === this.jobs.length;
+    this.all.indeterminate = chosen.length > 0 && chosen.length < this.jobs.length;
+    this.bar.hidden = chosen.length === 0;
+    if (!chosen.length) return this.bar.replaceChildren();
+    const buttons = ACTIONS.map((action) => {
+      const fitting = chosen.filter(action.fits);
+      return h("button", { type: "button", class: action.danger ? "danger" : "", disabled: fitting.length === 0, onclick: () => this.carryOut(action, fitting) },
+        action.name, fitting.length > 0 && fitting.length < chosen.length && ` ${fitting.length}`);
+    });
+    return this.bar.replaceChildren(
+      h("strong", { role: "status" }, `${jobsInWords(chosen.length)} chosen`), ...buttons,
+      h("button", { type: "button", class: "quiet", onclick: () => this.choose(this.jobs, false) }, "Clear"));
+  }
+
+  async carryOut(action, jobs) {
+    if (action.danger && !confirm(`Delete ${jobsInWords(jobs.length)} with all of their files?`)) return;
+    for (const button of this.bar.querySelectorAll("button")) button.disabled = true;
+    const waiting = [...jobs];
+    const failures = [];
+    const work = async () => {
+      for (let job = waiting.pop(); job; job = waiting.pop()) {
+        try { await action.act(job); } catch (error) { failures.push(`${job.source.name}: ${said(error)}`); }
+      }
+    };
+    await Promise.all(Array.from({ length: AT_A_TIME }, work));
+    this.choose(jobs, false);
+    byId("sent").replaceChildren(
+      h("p", { class: `notice ${failures.length ? "error" : "good"}` }, `${jobsInWords(jobs.length - failures.length)} ${action.done}.`,
+        failures.length > 0 && ` ${failures.length} not: ${failures[0]}`));
+  }
+}
