@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
+from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.missed import missed_lines
 from service.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
     from meshcone.files import MeshFile
-    from service.api.schemas import Job, LinkedFile
+    from service.api.schemas import Job, LinkedFile, OutputPlace
     from service.client import Client
+    from worker.jobs.records import OutputName
 
 _NOT_REACHED = 1  # exit code
 _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
@@ -66,6 +69,15 @@ def command(
             show_default=False,
         ),
     ] = None,
+    put: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=URL",
+            help="Where the service is to put a result, such as mesh=https://… or "
+            "report=s3://bucket/key; can be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     per: Per = None,
     assignments: Assignments = None,
 ) -> int:
@@ -82,6 +94,7 @@ def command(
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
     if reference is None and options.mode != "audit":
         raise InputError("REFERENCE is missing: only the mode audit can do without")
+    outputs = _outputs(put or ())
     listed = options.cones.pin.vertices_file
     paths = [Path(mesh) for mesh in (source, reference) if mesh and not is_link(mesh)]
     read = [file for path in paths for file in files_of(path)]
@@ -104,6 +117,7 @@ def command(
                 options.model_dump(mode="json", exclude_unset=True),
                 labels=label or (),
                 webhook=webhook,
+                outputs=outputs,
             )
             if out is None and report is None:
                 typer.echo(f"{server.rstrip('/')}{job.links.self}")
@@ -125,6 +139,29 @@ def _file(mesh: str, listed: str | None = None) -> MeshFile | LinkedFile:
     from service.client.links import is_link, link_to
 
     return link_to(mesh) if is_link(mesh) else read_local(Path(mesh), listed)
+
+
+def _outputs(assignments: Iterable[str]) -> dict[OutputName, OutputPlace]:
+    """Where results are to be put, by name.
+
+    Raises:
+        InputError: one is no result's name and a URL, or two have the same name.
+    """
+    from service.client.links import place_at
+    from worker.jobs.records import OutputName
+
+    names: tuple[OutputName, ...] = get_args(OutputName)
+    outputs: dict[OutputName, OutputPlace] = {}
+    for assignment in assignments:
+        name, _, url = assignment.partition("=")
+        known = next((each for each in names if each == name), None)
+        if known is None:
+            hint = did_you_mean(name, names) or f"; there are {', '.join(names)}"
+            raise InputError(f"--put {name[:40]}: no result is called that{hint}")
+        if known in outputs:
+            raise InputError(f"--put {name}: it can be put to one place")
+        outputs[known] = place_at(url)
+    return outputs
 
 
 def _ended(client: Client, job: Job) -> Job:

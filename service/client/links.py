@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 from pydantic import ValidationError
 
 from meshcone.errors import InputError
-from service.api.schemas import LinkedFile
+from service.api.schemas import LinkedFile, OutputPlace
 from worker.transfers.places import last_name
 
 _SCHEMES = ("https://", "http://", "s3://")
@@ -30,6 +30,19 @@ def link_to(url: str) -> LinkedFile:
         return LinkedFile(url=url, resources="relative" if suffix in _GLTF else None)
     except (ValidationError, ValueError):
         raise InputError("is no URL that a service could fetch", file=shown_link(url)) from None
+
+
+def place_at(url: str) -> OutputPlace:
+    """A place for a result.
+
+    Raises:
+        InputError: it is no URL that a service could be asked to put something to.
+    """
+    try:
+        return OutputPlace(url=url)
+    except ValidationError:
+        file = shown_link(url)[:200] or "''"
+        raise InputError("is no URL that a service could put a result to", file=file) from None
 
 
 def shown_link(url: str) -> str:

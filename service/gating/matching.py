@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import glob
 import os
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from string import Formatter
@@ -20,7 +21,10 @@ from meshcone.suggestions import did_you_mean
 from meshcone.text import as_text
 from service.gating.pairs import Pair, read_manifest, single_pair
 
-MESHES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".off"})
+_REFINED = {".obj", ".glb", ".gltf", ".ply", ".stl", ".off", ".zip"}
+_MEASURED = {".step", ".stp", ".3mf", ".usd", ".usda", ".usdc", ".usdz"}
+MESHES = frozenset(_REFINED | _MEASURED)
+REFERENCES = MESHES | {".xyz"}
 _PLACES = ("stem", "name", "lod", "ext")
 
 
@@ -160,26 +164,37 @@ def pairs_of_folders(
 ) -> list[Pair]:
     """Every mesh of one folder and its reference in another, in the same place below it.
 
-    Without a pattern the two have the same name, and a mesh that only the folder of references
-    has makes a pair too, whose source is missing: it has to be noticed.
+    Without a pattern the two have the same name, or else the same but for the extension, if only
+    one file in the folder of references has that. A mesh that only this folder has makes a pair
+    too, whose source is missing: it has to be noticed.
 
     Raises:
         InputError: there is no mesh in them.
     """
     own = _meshes(sources)
-    if pattern is None:
-        own = sorted({*own, *_meshes(references)})
-    if not own:
+    others = _meshes(references, REFERENCES) if pattern is None else []
+    if not (own or others):
         raise InputError(f"has no mesh in it: looked for {_suffixes()}", file=str(sources))
-    return [
-        _pair(
-            sources / each,
-            references / each
-            if pattern is None
-            else pattern.reference_of(sources / each, references / each.parent),
-        )
-        for each in own
-    ]
+    if pattern is not None:
+        places = [pattern.reference_of(sources / each, references / each.parent) for each in own]
+        return [_pair(sources / each, place) for each, place in zip(own, places, strict=True)]
+    paired = _counterparts(own, others)
+    paired |= {each: each for each in others if each not in paired.values()}
+    return [_pair(sources / each, references / paired[each]) for each in sorted(paired)]
+
+
+def _counterparts(sources: list[Path], references: list[Path]) -> dict[Path, Path]:
+    """The reference of each source: of its name, or else of its name but for the extension."""
+    same = set(sources) & set(references)
+    free: dict[Path, list[Path]] = defaultdict(list)
+    for each in references:
+        if each not in same:
+            free[each.with_suffix("")].append(each)
+    found = {}
+    for each in sources:
+        like = [] if each in same else free[each.with_suffix("")]
+        found[each] = like[0] if len(like) == 1 else each
+    return found
 
 
 def _paired(where: str, sources: list[Path], references: ReferencePattern | None) -> list[Pair]:
@@ -198,16 +213,16 @@ def _pair(source: Path, reference: Path | None) -> Pair:
     return Pair(as_text(source.as_posix()), source, reference, level_of(source.name))
 
 
-def _meshes(folder: Path) -> list[Path]:
+def _meshes(folder: Path, suffixes: frozenset[str] = MESHES) -> list[Path]:
     """All below a folder, relative to it, but for what is hidden."""
-    return sorted(_walk(folder))
+    return sorted(_walk(folder, suffixes))
 
 
-def _walk(folder: Path) -> Iterator[Path]:
+def _walk(folder: Path, suffixes: frozenset[str]) -> Iterator[Path]:
     for place, folders, names in os.walk(folder):
         folders[:] = [each for each in folders if not each.startswith(".")]
         for name in names:
-            if not name.startswith(".") and Path(name).suffix.lower() in MESHES:
+            if not name.startswith(".") and Path(name).suffix.lower() in suffixes:
                 yield (Path(place) / name).relative_to(folder)
 
 

@@ -92,9 +92,11 @@ def test_the_command_line_and_a_manifest_take_urls(
     (tmp_path / "pairs.json").write_text(json.dumps([{"source": source, "reference": reference}]))
     (tmp_path / "gates.toml").write_text('[gates]\n"quality.input.fscore" = { min = 0.0 }\n')
 
+    place = server.has("/out/report.json", b"")
+
     submitted = meshcone(
         *("submit", source, reference, "--server", fetching.url, "--report", str(report)),
-        *("--set", "mode=measure", *options),
+        *("--set", "mode=measure", "--put", f"report={place}", *options),
     )
     gated = meshcone(
         *("gate", "--manifest", str(tmp_path / "pairs.json")),
@@ -107,6 +109,9 @@ def test_the_command_line_and_a_manifest_take_urls(
 
     assert submitted.returncode == 0, submitted.stderr
     assert json.loads(report.read_text())["inputs"]["source"]["name"] == "rough.obj"
+    wait_for(lambda: any(each.method == "PUT" for each in server.seen))
+    [sent_there] = [each.body for each in server.seen if each.method == "PUT"]
+    assert json.loads(sent_there) == json.loads(report.read_text())
     assert gated.returncode == 0, gated.stdout + gated.stderr
     assert local.returncode != 0
     assert "only a service fetches" in local.stdout + local.stderr

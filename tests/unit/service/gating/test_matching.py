@@ -141,6 +141,39 @@ def test_what_only_the_second_folder_has_is_noticed() -> None:
 
 
 @pytest.mark.usefixtures("here")
+def test_a_reference_may_differ_in_its_extension_if_it_is_the_only_one() -> None:
+    make("scans/bolt.ply", "drawings/bolt.step", "scans/nut.obj", "drawings/nut.stl")
+    make("drawings/nut.xyz", "drawings/pin.usdz")
+
+    assert found("scans", "drawings") == [
+        ("scans/bolt.ply", "drawings/bolt.step", None),
+        ("scans/nut.obj", "drawings/nut.obj", None),
+        ("scans/nut.stl", "drawings/nut.stl", None),
+        ("scans/nut.xyz", "drawings/nut.xyz", None),
+        ("scans/pin.usdz", "drawings/pin.usdz", None),
+    ]
+
+
+def test_a_reference_of_the_same_name_comes_before_one_of_another_extension() -> None:
+    make("scans/bolt.ply", "scans/bolt.obj", "drawings/bolt.obj", "drawings/bolt.3mf")
+
+    assert found("scans", "drawings") == [
+        ("scans/bolt.obj", "drawings/bolt.obj", None),
+        ("scans/bolt.ply", "drawings/bolt.3mf", None),
+    ]
+
+
+def test_archives_and_design_files_are_sources_and_points_are_not() -> None:
+    make("parts/a.zip", "parts/b.step", "parts/c.3mf", "parts/d.usd", "parts/e.xyz", "parts/f.txt")
+
+    assert [name for name, *_ in found("parts")] == [
+        "parts/a.zip",
+        "parts/b.step",
+        "parts/c.3mf",
+        "parts/d.usd",
+    ]
+
+
 def test_two_folders_can_differ_by_a_pattern() -> None:
     make("new/x/a_LOD1.glb", "old/x/a.obj", "old/unused.obj")
 

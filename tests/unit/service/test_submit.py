@@ -1,0 +1,42 @@
+"""What ``meshcone submit`` refuses before it asks a service."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from meshcone.errors import InputError
+from service.cli.submit import command
+
+NOBODY = "http://127.0.0.1:9"
+MUG = "https://assets.example.org/mug.glb"
+
+
+@pytest.mark.parametrize(
+    ("put", "said"),
+    [
+        (["mash=https://x.example.org/a"], "--put mash: no result is called that.*mesh"),
+        (["mesh"], "is no URL that a service could put a result to"),
+        (["mesh=ftp://x.example.org/a"], "ftp://x.example.org/a: is no URL"),
+        (["mesh=s3://a/b", "mesh=s3://a/c"], "--put mesh: it can be put to one place"),
+    ],
+)
+def test_a_place_for_results_must_be_one(put: list[str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        command(MUG, MUG, server=NOBODY, put=put)
+
+
+def test_a_url_is_told_without_what_may_be_secret_in_it() -> None:
+    with pytest.raises(InputError) as caught:
+        command(MUG, MUG, server=NOBODY, put=["mesh=ftp://x.example.org/a?signature=secret"])
+
+    assert "secret" not in str(caught.value)
+
+
+def test_results_are_not_put_over_the_files_that_were_sent(tmp_path: Path) -> None:
+    mesh = tmp_path / "mug.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    with pytest.raises(InputError):
+        command(str(mesh), MUG, server=NOBODY, out=mesh)
