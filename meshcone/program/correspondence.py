@@ -116,7 +116,7 @@ def _face_term(
     Vertices on a curved surface leave the faces between them inside of it.
     """
     count = sample_count(len(moving.vertices))
-    samples = sample_surface(moving, count, seed)
+    samples = sample_surface(moving, count, seed).in_space()
     corners = moving.faces.take(samples.faces, axis=0)
     closest = reference.tree.closest(samples.points)
     normals = reference.tree.mesh.face_normals.take(closest.faces, axis=0)

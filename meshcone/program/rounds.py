@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -235,11 +236,16 @@ class SurfaceRefiner:
         """Return the mean point-to-surface distance, over samples both ways."""
         require_time()
         mesh = self._source.moved_to(positions)
-        samples = sample_surface(mesh, _SCORING_SAMPLES, self._options.seed)
+        samples = sample_surface(mesh, _SCORING_SAMPLES, self._options.seed).in_space()
         there = self._problems.prepared.tree.closest(samples.points).distances.mean()
-        target = sample_surface(self._problems.reference, _SCORING_SAMPLES, self._options.seed + 1)
-        back = SurfaceTree(mesh).closest(target.points).distances.mean()
+        back = SurfaceTree(mesh).closest(self._target).distances.mean()
         return float((there + back) / 2)
+
+    @cached_property
+    def _target(self) -> Floats:
+        """Samples of the reference to score against."""
+        reference, seed = self._problems.reference, self._options.seed + 1
+        return sample_surface(reference, _SCORING_SAMPLES, seed).in_space().points
 
     def _confirmed(self, attempt: Attempt, solution: RoundSolution) -> RefinedPositions:
         started = time.perf_counter()
@@ -293,4 +299,4 @@ def _is_near(mended: Examined, found: Examined) -> bool:
     """Tell whether what guard rounds have mended costs next to nothing in distance."""
     now, was = mended.distances, found.distances
     near = now.mean <= _MENDING_COST * was.mean and now.p95 <= _MENDING_COST * was.p95
-    return near and now.max <= _LARGEST_COST * was.max
+    return near and mended.largest <= _LARGEST_COST * found.largest

@@ -98,6 +98,7 @@ class SurfaceProblems:
     start: Floats | None = None
     prepared: PreparedReference = field(init=False)
     staying: Staying | None = field(init=False)
+    _structures: dict[float, SourceStructure] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Sample the reference."""
@@ -114,7 +115,7 @@ class SurfaceProblems:
         return SurfaceProblem(
             source=source,
             reference=self.prepared,
-            structure=SourceStructure.of(source, self.prepared, chosen.noise_scale),
+            structure=self._structure(chosen.noise_scale),
             request=resolve_cones(
                 source, chosen.edge_cap, self.options.cones, self.radius, labels, self.staying
             ),
@@ -122,3 +123,10 @@ class SurfaceProblems:
             start=source.vertices if self.start is None else self.start,
             most_pairs=self.options.quality.intersection_pairs,
         )
+
+    def _structure(self, noise_scale: float) -> SourceStructure:
+        """Return what stays of the source, which most settings have in common."""
+        if noise_scale not in self._structures:
+            found = SourceStructure.of(self.source, self.prepared, noise_scale)
+            self._structures[noise_scale] = found
+        return self._structures[noise_scale]

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from meshcone.surface.arrays import Floats, Ints
 from meshcone.surface.mesh import Mesh
+from meshcone.surface.ordering import spatial_order
 
 SamplingMethod = Literal["sobol", "random"]
 
@@ -27,6 +28,16 @@ class SurfaceSamples:
     points: Floats
     normals: Floats
     faces: Ints
+
+    def in_space(self) -> SurfaceSamples:
+        """Return the samples in an order in which neighbours in space follow each other.
+
+        In the order in which they are drawn each is far from the one before: a search for
+        closest points then takes three times as long on a mesh of 80,000 faces.
+        """
+        order = spatial_order(self.points)
+        points, normals = self.points.take(order, axis=0), self.normals.take(order, axis=0)
+        return SurfaceSamples(points, normals, self.faces.take(order))
 
 
 def sample_surface(

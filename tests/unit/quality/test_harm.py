@@ -46,6 +46,17 @@ def test_one_vertex_torn_off_is_worse_though_the_mean_falls(seed: int) -> None:
     assert "to 0.2 of the radius" in objection
 
 
+def test_the_input_is_as_far_away_as_its_farthest_vertex_though_no_sample_sees_it() -> None:
+    """Its own spike is thin, and samples of it end half-way up; the answer's is seen whole."""
+    source, answer = (REFERENCE.vertices.copy() for _ in range(2))
+    source[17] *= 1.3
+    answer[40] *= 1.3
+    judge = check(REFERENCE.moved_to(source))
+
+    assert judge.input.distances.max < 0.29
+    assert judge.objections(answer) == []
+
+
 def test_a_bulge_over_a_tenth_of_the_surface_is_worse_though_the_rest_is_perfect() -> None:
     source = REFERENCE.moved_to(1.02 * REFERENCE.vertices)
     answer = REFERENCE.vertices.copy()

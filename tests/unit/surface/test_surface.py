@@ -74,6 +74,20 @@ def test_sobol_samples_vary_less_than_random_ones():
     assert spread("sobol") < 0.5 * spread("random")
 
 
+def test_samples_in_space_are_the_same_and_each_is_near_the_one_before():
+    drawn = sample_surface(torus(), 2000, seed=3)
+
+    ordered = drawn.in_space()
+
+    before, after = (
+        {(*point, *normal, face) for point, normal, face in zip(*columns, strict=True)}
+        for columns in ((s.points, s.normals, s.faces) for s in (drawn, ordered))
+    )
+    steps, leaps = (np.linalg.norm(np.diff(s.points, axis=0), axis=1) for s in (ordered, drawn))
+    assert before == after
+    assert steps.mean() < 0.2 * leaps.mean()
+
+
 def test_the_same_seed_gives_the_same_samples():
     first, second = (sample_surface(torus(), 100, seed=3).points for _ in range(2))
 
