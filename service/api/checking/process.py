@@ -1,9 +1,10 @@
 """The program that reads strangers' meshes, so that the API's own process never does.
 
 ``python -m service.api.checking.process CONTROL MEMORY PROCESSOR_SECONDS SECONDS`` imports the
-readers once. Each connection that comes over the socket CONTROL has it fork a child, which
-gives up what it does not need, reads the files it is handed by their descriptors, answers on
-that connection and ends. Whatever a file does to its reader, it does to a process of its own.
+readers once and forks a child, which gives up what it does not need and waits. It takes one
+connection from the socket CONTROL, and another child is forked, to wait for the next. It reads the
+files it is handed by their descriptors, answers on its connection and ends. Whatever a file does
+to its reader, it does to a process of its own.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import sys
 import traceback
 from collections.abc import Iterator, Mapping
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 from meshcone.threads import use_one_thread
 from worker.lifeline import die_with_parent
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 MORE, LAST = b"+", b"."  # said with file descriptors: whether others follow
 DESCRIPTORS_AT_ONCE = 200  # the kernel takes 253 with one message (unix(7), SCM_RIGHTS)
+_TAKEN, _NO_MORE = b"+", b"."  # said to the parent: whether another child is wanted
 OUT_OF_MEMORY, OUT_OF_TIME = "memory", "time"  # kinds of an answer that no error of a file has
 
 
@@ -38,22 +40,43 @@ class _TimeOver(BaseException):
 
 
 def main(arguments: list[str]) -> None:
-    """Fork a child for each connection, until the API closes the socket or ends."""
+    """Have a child waiting for each connection, until the API closes the socket or ends."""
     use_one_thread()
     _warm_up()
-    control_fd, memory, processor_seconds, seconds = map(int, arguments)
+    control_fd, *limits = map(int, arguments)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the kernel forgets children that have ended
-    parent = os.getpid()
     with socket.socket(fileno=control_fd) as control:
-        while connections := socket.recv_fds(control, 1, 1)[1]:
-            with socket.socket(fileno=connections[0]) as connection:
-                try:
-                    pid = os.fork()
-                except OSError:
-                    continue  # the API sees its connection closed without an answer
-                if pid == 0:
-                    control.close()
-                    _become_child(parent, connection, memory, processor_seconds, seconds)
+        while _serve_one(control, limits):
+            pass
+
+
+def _serve_one(control: socket.socket, limits: list[int]) -> bool:
+    """Have a child take the next connection; false where there will be none."""
+    parent = os.getpid()
+    ours, its = os.pipe()
+    with os.fdopen(ours, "rb", 0) as told, os.fdopen(its, "wb", 0) as telling:
+        try:
+            pid = os.fork()
+        except OSError:
+            return _turn_away(control)
+        if pid == 0:
+            told.close()
+            _become_child(parent, control, telling, limits)
+        telling.close()
+        return told.read(1) != _NO_MORE  # one that was killed while it waited told nothing
+
+
+def _turn_away(control: socket.socket) -> bool:
+    """Take a connection and close it: the API sees that, and that there was no answer."""
+    connection = _next_connection(control)
+    if connection is not None:
+        connection.close()
+    return connection is not None
+
+
+def _next_connection(control: socket.socket) -> socket.socket | None:
+    descriptors = socket.recv_fds(control, 1, 1)[1]
+    return socket.socket(fileno=descriptors[0]) if descriptors else None
 
 
 def _warm_up() -> None:
@@ -69,12 +92,12 @@ def _warm_up() -> None:
 
 
 def _become_child(
-    parent: int, connection: socket.socket, memory: int, processor_seconds: int, seconds: int
-) -> None:
+    parent: int, control: socket.socket, telling: IO[bytes], limits: list[int]
+) -> NoReturn:
+    memory, processor_seconds, seconds = limits
     try:
         die_with_parent(parent, signal.SIGKILL)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        signal.alarm(seconds)
         signal.signal(signal.SIGXCPU, _on_time_over)
         limit_resources(
             seconds=processor_seconds,
@@ -83,7 +106,13 @@ def _become_child(
             file_bytes_below=SCRATCH_BYTES,
         )
         guard_network(())
-        connection.sendall(json.dumps(_answer(_received(connection))).encode() + b"\n")
+        connection = _next_connection(control)
+        telling.write(_NO_MORE if connection is None else _TAKEN)
+        telling.close()
+        control.close()
+        if connection is not None:
+            signal.alarm(seconds)
+            connection.sendall(json.dumps(_answer(_received(connection))).encode() + b"\n")
     finally:
         os._exit(0)  # no answer says the rest; the parent's loop is not this process's to go on
 
