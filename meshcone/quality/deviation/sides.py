@@ -16,6 +16,8 @@ from meshcone.surface.arrays import Bools, Floats, Ints
 OUTSIDE, INSIDE = 1, -1
 # Pieces worked on at a time, those with the largest bounds first.
 _BATCH = 8192
+# Points asked for at first, which are doubled until both sides have one.
+_FIRST_LOOK = 256
 
 # Which of (k, 3) points the reference encloses, (k,).
 Encloses = Callable[[Floats], Bools]
@@ -69,7 +71,7 @@ class _Sides:
         self._looked_at = np.zeros(search.pieces.count, dtype=bool)
         self._met = {OUTSIDE: 0.0, INSIDE: 0.0}
         self._at: dict[int, Floats] = {}
-        self._meet(*search.known_points())
+        self._meet_farthest(*search.known_points())
 
     @property
     def may_be_one(self) -> bool:
@@ -120,10 +122,21 @@ class _Sides:
         """Find the side of pieces that do not meet the reference."""
         found = self._search.evaluate(rows, lambda: -1.0, creases=False)
         self._looked_at[rows] = True
-        centres = found.corners.mean(axis=1)
-        side = self._meet(centres, found.centre_distances)
         apart = all_beyond(found, self._search.placed.rounding)
-        self._side[found.rows[apart]] = side[apart]
+        # Of the others only those can matter that are farther than what a side has.
+        telling = apart | (found.centre_distances > min(self._met.values()))
+        centres = found.corners[telling].mean(axis=1)
+        side = self._meet(centres, found.centre_distances[telling])
+        self._side[found.rows[apart]] = side[apart[telling]]
+
+    def _meet_farthest(self, points: Floats, distances: Floats) -> None:
+        """Take points (k, 3) into account, the farthest first, until each side has one."""
+        order = np.argsort(-distances, kind="stable")
+        start, step = 0, _FIRST_LOOK
+        while start < len(order) and min(self._met.values()) == 0:
+            rows = order[start : start + step]
+            self._meet(points[rows], distances[rows])
+            start, step = start + step, 2 * step
 
     def _meet(self, points: Floats, distances: Floats) -> Ints:
         """Take points (k, 3) into account; the side of each, (k,)."""

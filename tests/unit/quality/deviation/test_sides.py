@@ -11,6 +11,7 @@ from meshcone.quality.deviation.sides import Side, deviation_by_side
 from meshcone.quality.directions import inside
 from meshcone.quality.intersections import pass_through_each_other
 from meshcone.surface import Mesh
+from meshcone.surface.arrays import Bools, Floats
 from tests.shapes import noisy, sphere
 from tests.unit.quality.deviation.soups import distances, scattered
 from tests.unit.quality.deviation.test_interval import ball
@@ -88,3 +89,20 @@ def test_meshes_pass_through_each_other_where_a_face_does(radius: float, passes:
 
 def test_where_it_takes_too_long_meshes_may_pass_through_each_other() -> None:
     assert pass_through_each_other(ball(3, 1.01), ball(3), 10)
+
+
+def test_what_is_too_near_to_matter_is_on_neither_side_and_is_not_asked_for() -> None:
+    mesh, reference = Mesh(noisy(sphere(4, 1.0)[0]), sphere(4)[1]), ball(4)
+    search = Search(mesh, reference)
+    search.run(ASKED.level, ASKED.most_pieces)
+    asked: list[int] = []
+
+    def encloses(points: Floats) -> Bools:
+        asked.append(len(points))
+        return inside(points, reference)
+
+    outside, within = deviation_by_side(search, encloses, ASKED)
+
+    assert outside.answered
+    assert within.answered
+    assert sum(asked) < len(search.known_points()[0]) / 2
