@@ -204,8 +204,7 @@ def _on_meshcone_error(_request: Request, error: Exception) -> JSONResponse:
 def _on_invalid_request(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)  # noqa: S101 - for the type checker
     first: dict[str, Any] = error.errors()[0]
-    place, *path = [str(part) for part in first["loc"]]
-    name = ".".join(path)
+    place, name = first["loc"][:2]  # beyond them stand names of our own types
     return problem_response(problem("input", f"{place} parameter '{name}': {first['msg'].lower()}"))
 
 

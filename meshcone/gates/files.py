@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
@@ -17,6 +16,7 @@ from meshcone.gates.levels import LevelRules
 from meshcone.gates.paths import known_values
 from meshcone.gates.profile import profile
 from meshcone.gates.rules import GateRule, GateTable
+from meshcone.json_text import parse_json
 from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 
@@ -174,7 +174,7 @@ def read_document(name: str, data: bytes) -> Any:
     is_json = PurePath(name).suffix.lower() == ".json"
     try:
         text = data.decode("utf-8-sig")
-        return json.loads(text) if is_json else tomllib.loads(text)
+        return parse_json(text) if is_json else tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         kind = "JSON" if is_json else "TOML"
         raise InputError(f"is no valid {kind}: {_first_line(error)}", file=name) from None

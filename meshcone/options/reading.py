@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -10,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from meshcone.errors import InputError
 from meshcone.gates.rules import GateRule
+from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.options.everything import Options
 from meshcone.suggestions import close_to, did_you_mean, first_cause, in_words
 from meshcone.text import is_text
@@ -47,7 +47,9 @@ def read_options_json(text: str | bytes) -> dict[str, Any]:
         InputError: the text is no JSON object.
     """
     try:
-        document = json.loads(text)
+        document = parse_json(text)
+    except DuplicateNameError as error:
+        raise InputError(f"options: {error}") from None
     except (ValueError, RecursionError):
         raise InputError("options are not valid JSON") from None
     if not isinstance(document, dict):
@@ -75,7 +77,9 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
             if not isinstance(section, dict):
                 raise InputError(f"'{parent}' in '{path}' already has a value of its own")
         try:
-            section[leaf] = json.loads(text)
+            section[leaf] = parse_json(text)
+        except DuplicateNameError as error:
+            raise InputError(f"option '{path}': {error}") from None
         except ValueError:
             section[leaf] = text
     return document

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from meshcone.json_text import parse_json
 from meshcone.report.report import SCHEMA, Report
 
 _FIRST = "meshcone.report/1"
@@ -16,7 +17,7 @@ def parse_report(data: bytes) -> Report:
     Raises:
         ValueError: it is no report of a refinement.
     """
-    document = json.loads(data)
+    document = parse_json(data)
     if not isinstance(document, dict) or document.get("schema") != _FIRST:
         return Report.model_validate_json(data)
     return Report.model_validate_json(json.dumps({**document, "schema": SCHEMA}))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from meshcone.errors import InputError
 from meshcone.gates.levels import level_of
+from meshcone.json_text import parse_json
 from meshcone.local_files import files_of, read_bytes
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 from meshcone.text import as_text
@@ -128,8 +128,14 @@ def _entries(path: Path, text: str) -> Any:
     suffix = path.suffix.lower()
     if suffix == ".csv":
         # What a row has beyond the header is no value of a column; without it, nothing is.
-        return list(csv.DictReader(io.StringIO(text), restkey="further columns", strict=True))
-    document = json.loads(text) if suffix == ".json" else tomllib.loads(text)
+        rows = csv.DictReader(io.StringIO(text), restkey="further columns", strict=True)
+        columns = rows.fieldnames or []
+        twice = next((name for name in columns if columns.count(name) > 1), None)
+        if twice is not None:
+            reason = f"column '{twice}' is there twice; keep one of the two"
+            raise InputError(reason, file=str(path))
+        return list(rows)
+    document = parse_json(text) if suffix == ".json" else tomllib.loads(text)
     if not isinstance(document, dict):
         return document
     unknown = [name for name in document if name != "pairs"]

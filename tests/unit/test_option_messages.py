@@ -16,6 +16,10 @@ from meshcone.options import parse_options_json
             'unknown option \'surface.edge_cap\'; write it as {"surface": {"edge_cap": …}}',
         ),
         (
+            '{"gates": {"emd": {"max": 1}, "emd": {"max": 2}}}',
+            "options: 'emd' is there twice in one object; keep one of the two",
+        ),
+        (
             '{"cones": {"pin.vertices": [1]}}',
             "unknown option 'cones.pin.vertices'; write it as "
             '{"cones": {"pin": {"vertices": …}}}',

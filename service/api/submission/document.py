@@ -9,6 +9,7 @@ from fastapi import Request
 from pydantic import ValidationError
 
 from meshcone.errors import InputError, LimitError
+from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.suggestions import first_cause, in_words
 from service.api.schemas import JobRequest
 from service.api.submission.parts import (
@@ -75,7 +76,9 @@ async def _bounded(request: Request) -> bytes:
 
 def _parsed(text: bytes) -> Any:
     try:
-        return json.loads(text)
+        return parse_json(text)
+    except DuplicateNameError as error:
+        raise InputError(str(error)) from None
     except (ValueError, RecursionError):
         raise InputError("the request is not valid JSON") from None
 

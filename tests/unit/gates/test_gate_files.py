@@ -147,6 +147,13 @@ def test_what_it_cannot_mean_is_refused_by_name(text: str, said: str) -> None:
     assert refusal.value.file == "gates.toml"
 
 
+def test_a_gate_that_is_there_twice_loses_neither_of_its_bounds() -> None:
+    text = b'{"gates": {"emd": {"max": 1}, "emd": {"max": 2}}}'
+
+    with pytest.raises(InputError, match="'emd' is there twice in one object"):
+        parse_gate_file("gates.json", text, "measure")
+
+
 def test_broken_json_is_refused_with_its_place() -> None:
     with pytest.raises(InputError, match=r"is no valid JSON: .*line 1"):
         parse_gate_file("gates.json", b"{", "measure")

@@ -47,7 +47,13 @@ def test_a_parameter_out_of_range_is_a_problem(http: TestClient) -> None:
     answer = http.get("/v1/jobs", params={"limit": 0})
 
     assert_problem(answer, 422, "input")
-    assert "'limit'" in answer.json()["detail"]
+    assert answer.json()["detail"].startswith("query parameter 'limit': ")
+
+
+def test_a_parameter_that_is_no_word_of_a_list_is_named_without_our_types(http: TestClient) -> None:
+    answer = http.get("/v1/jobs", params={"state": "done"})
+
+    assert answer.json()["detail"].startswith("query parameter 'state': input should be 'queued', ")
 
 
 def test_a_body_that_is_no_form_is_a_problem(http: TestClient) -> None:

@@ -81,6 +81,8 @@ def test_a_url_in_a_manifest_is_for_a_service_to_fetch(tmp_path: Path) -> None:
         ("pairs.json", "null", "lists no pairs"),
         ("pairs.csv", "source,reference\n", "lists no pairs"),
         ("pairs.csv", "sorce,reference\na,b\n", "unknown key 'sorce'; did you mean 'source'?"),
+        ("pairs.csv", "source,reference,source\na,b,c\n", "column 'source' is there twice"),
+        ("pairs.json", '[{"source": "a", "source": "b", "reference": "c"}]', "'source' is there"),
         ("pairs.csv", "source,reference\na\n", "pair 1: 'reference'"),
         ("pairs.csv", "source,reference\na,b,c\n", "unknown key 'further columns'"),
         ("pairs.csv", "source,reference\na,b\na,c\n", "2 pairs are called 'a'"),
