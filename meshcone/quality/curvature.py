@@ -13,20 +13,19 @@ which has no curvature, adds nothing to it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
-from scipy.spatial import KDTree
 
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
+from meshcone.surface.box_tree import BoxTree
+from meshcone.surface.compiled import compiled
 
 # A ball's radius, relative to the reference's: wide enough to hold some edges of a mesh of
 # a few thousand vertices, narrow enough to stay on one side of most parts.
 BALL_RADIUS = 0.1
-_EDGES_AT_ONCE = 100_000
-_PAIRS_AT_ONCE = 2_000_000  # of a point and an edge: about 150 bytes each
-_SHORT = 0.5  # radii; edges shorter than that are searched together
+_DEEPEST = 128  # a tree of edges is halved at most 63 times
+
+_ROWS, _NUMBERS = "float64[:,::1]", "float64[::1]"
 
 
 class CurvatureField:
@@ -46,9 +45,11 @@ class CurvatureField:
         directions = (end - start) / np.maximum(lengths, 1e-300)[:, None]
         angles = np.arctan2(row_dot(np.cross(normal, other), directions), row_dot(normal, other))
         bent = (angles != 0) & (lengths > 0)
-        self._middles = ((start + end) / 2)[bent]
-        self._directions = directions[bent]
-        self._lengths, self._angles = lengths[bent], angles[bent]
+        self._tree = BoxTree.of(mesh.vertices, ends[bent][:, [0, 1, 1]])
+        order = np.flatnonzero(bent)[self._tree.order]
+        self._middles = ((start + end) / 2)[order]
+        self._directions = directions[order]
+        self._lengths, self._angles = lengths[order], angles[order]
 
     def at(self, points: Floats, radius: float) -> Floats:
         """Mean curvature over the ball around each of (k, 3) points, (k,), per unit of length.
@@ -57,41 +58,59 @@ class CurvatureField:
             points: centres of the balls, on the surface.
             radius: of the balls, in the mesh's unit.
         """
-        total = np.zeros(len(points))
-        for edges in self._by_length(radius):
-            reach = radius + float(self._lengths[edges].max()) / 2
-            middles = KDTree(self._middles[edges])
-            for centres in _blocks(middles, points, reach):
-                tree = KDTree(points[centres])
-                near = tree.sparse_distance_matrix(middles, reach, output_type="ndarray")
-                near = near[near["v"] < radius + self._lengths[edges[near["j"]]] / 2]
-                around, chosen = centres[near["i"]], edges[near["j"]]
-                inside = self._inside(chosen, points[around], near["v"], radius)
-                total += np.bincount(around, self._angles[chosen] * inside, minlength=len(points))
+        total, tree = np.zeros(len(points)), self._tree
+        if len(self._lengths):
+            nodes = tree.spans, tree.children, tree.boxes
+            edges = self._middles, self._directions, self._lengths, self._angles
+            _gather(np.require(points, np.float64, ["C", "W"]), radius, *nodes, *edges, total)
         return total / (2 * np.pi * radius**2)
 
-    def _by_length(self, radius: float) -> Iterator[Ints]:
-        """Edges in groups, so that one long edge does not widen the search for all."""
-        powers = np.ceil(np.log2(np.maximum(self._lengths / radius, _SHORT)))
-        for power in np.unique(powers):
-            group = np.flatnonzero(powers == power)
-            for begin in range(0, len(group), _EDGES_AT_ONCE):
-                yield group[begin : begin + _EDGES_AT_ONCE]
 
-    def _inside(self, edges: Ints, centres: Floats, distances: Floats, radius: float) -> Floats:
-        """Length of each edge inside the ball around a centre, given how far its middle is."""
-        along = row_dot(centres - self._middles[edges], self._directions[edges])
-        half_chord = np.sqrt(np.maximum(radius**2 - distances**2 + along**2, 0))
-        half_edge = self._lengths[edges] / 2
-        high = np.minimum(along + half_chord, half_edge)
-        low = np.maximum(along - half_chord, -half_edge)
-        return np.asarray(np.maximum(high - low, 0))
+@compiled()
+def _is_within(x: float, y: float, z: float, boxes: Floats, node: int, radius: float) -> bool:
+    dx = max(boxes[node, 0] - x, x - boxes[node, 3], 0.0)
+    dy = max(boxes[node, 1] - y, y - boxes[node, 4], 0.0)
+    dz = max(boxes[node, 2] - z, z - boxes[node, 5], 0.0)
+    return bool(dx * dx + dy * dy + dz * dz <= radius * radius)
 
 
-def _blocks(middles: KDTree, points: Floats, reach: float) -> Iterator[Ints]:
-    """Cut the points into blocks whose balls together meet a bounded number of edges."""
-    if len(points) * middles.n <= _PAIRS_AT_ONCE:
-        yield np.arange(len(points))
-        return
-    met = np.cumsum(middles.query_ball_point(points, reach, return_length=True))
-    yield from np.split(np.arange(len(points)), np.flatnonzero(np.diff(met // _PAIRS_AT_ONCE)) + 1)
+@compiled(
+    f"void({_ROWS}, float64, int64[:,::1], int64[::1], {_ROWS}, {_ROWS}, {_ROWS}, {_NUMBERS},"
+    f"{_NUMBERS}, {_NUMBERS})"
+)
+def _gather(
+    points: Floats,
+    radius: float,
+    spans: Ints,
+    children: Ints,
+    boxes: Floats,
+    middles: Floats,
+    directions: Floats,
+    lengths: Floats,
+    angles: Floats,
+    total: Floats,
+) -> None:
+    """Add to each point the angles of the edges in its ball, times their lengths in there."""
+    waiting = np.empty(_DEEPEST, np.int64)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        top, waiting[0] = 1, 0
+        while top:
+            top -= 1
+            node = waiting[top]
+            if not _is_within(x, y, z, boxes, node, radius):
+                continue
+            if children[node] >= 0:
+                waiting[top], waiting[top + 1] = children[node], children[node] + 1
+                top += 2
+                continue
+            for edge in range(spans[node, 0], spans[node, 1]):
+                dx, dy, dz = x - middles[edge, 0], y - middles[edge, 1], z - middles[edge, 2]
+                along = dx * directions[edge, 0] + dy * directions[edge, 1]
+                along += dz * directions[edge, 2]
+                half_edge = lengths[edge] / 2
+                squared = radius * radius - (dx * dx + dy * dy + dz * dz) + along * along
+                half_chord = np.sqrt(max(squared, 0.0))
+                high = min(along + half_chord, half_edge)
+                low = max(along - half_chord, -half_edge)
+                total[i] += angles[edge] * max(high - low, 0.0)

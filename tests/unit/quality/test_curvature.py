@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 from meshcone.quality.curvature import CurvatureField
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.surface import Mesh, sample_surface
 from meshcone.surface.arrays import Floats
-from tests.meshes import cylinder, sheet, sphere
+from tests.meshes import cylinder, noisy, sheet, sphere
 
 RADIUS = 0.1
 
@@ -104,14 +105,21 @@ def test_a_face_turned_against_its_neighbours_has_no_say() -> None:
     assert field(turned).at(flat.vertices, 1.0) == pytest.approx(0)
 
 
-def test_points_taken_in_blocks_have_the_curvature_they_have_together(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    mesh = sphere(3)
-    measured = field(mesh)
-    together = measured.at(mesh.vertices, 0.3)
-    monkeypatch.setattr("meshcone.quality.curvature._PAIRS_AT_ONCE", 500)
+def test_a_ball_adds_up_the_angles_of_all_edges_that_trimesh_finds_in_it() -> None:
+    mesh = noisy(sphere(3), 0.03)
+    made = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    angles = made.face_adjacency_angles * np.where(made.face_adjacency_convex, 1, -1)
+    start, end = (mesh.vertices[side] for side in made.face_adjacency_edges.T)
+    shares = (np.arange(2000) + 0.5) / 2000
+    along = start[:, None] + shares[:, None] * (end - start)[:, None]
+    points, radius = mesh.vertices[::100], 0.3
 
-    apart = measured.at(mesh.vertices, 0.3)
+    within = [np.mean(np.linalg.norm(along - p, axis=2) < radius, axis=1) for p in points]
+    expected = np.array(within) @ (angles * np.linalg.norm(end - start, axis=1))
 
-    assert np.allclose(apart, together, rtol=1e-12)
+    found = field(mesh).at(points, radius)
+    np.testing.assert_allclose(found, expected / (2 * np.pi * radius**2), atol=0.01)
+
+
+def test_a_surface_without_an_edge_that_bends_is_flat_everywhere() -> None:
+    assert not curvature(sheet(4, 4), np.zeros((2, 3))).any()
