@@ -8,6 +8,12 @@ COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY meshcone ./meshcone
 COPY worker ./worker
 COPY service ./service
+# The documentation, which the pages serve under /help.
+COPY zensical.toml ./
+COPY docs ./docs
+RUN python -m venv /opt/site \
+    && /opt/site/bin/pip install --no-cache-dir --disable-pip-version-check zensical==0.0.73 \
+    && /opt/site/bin/zensical build --clean --strict
 # Readers of design files, such as "[3mf,cad,usd]": 320 MB for these three.
 ARG EXTRAS=""
 RUN /opt/meshcone/bin/pip install --no-cache-dir --disable-pip-version-check \

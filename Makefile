@@ -54,7 +54,8 @@ $(AUDIT): $(STAMP)
 	$(PYTHON) -m venv $(VENV)/audit
 	-$(AUDIT) -m pip install --quiet --disable-pip-version-check pip-audit==2.10.1
 
-# The documentation as a site, in .site; a broken link ends it. Its tool has an environment of its own.
+# The documentation as a site, which the pages serve under /help from then on, and which goes into
+# the next wheel; a broken link ends it. Its tool has an environment of its own.
 site: $(SITE)
 	$(SITE) build --clean --strict
 
@@ -116,4 +117,4 @@ $(TOOLS): $(STAMP)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist *.egg-info service/dashboard/site .pytest_cache .mypy_cache .ruff_cache .hypothesis

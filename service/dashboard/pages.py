@@ -12,6 +12,7 @@ from pathlib import Path
 from string import Template
 
 from meshcone.gates.words import names_in_words
+from service.dashboard.documentation import BUILT, Documentation
 from service.dashboard.static_files import own_names, required
 
 _PAGES = Path(__file__).parent / "pages"
@@ -59,6 +60,7 @@ def page(kind: str) -> Page:
         words=json.dumps(names_in_words()),
         libraries=json.dumps({name: required(name).url for name in _loaded_later(kind)}),
         module=module_urls()[f"meshcone/{meta.module}"],
+        help='<a href="/help/">Help</a>' if Documentation(BUILT) else "",
         main=(_PAGES / f"{kind}.html").read_text(),
         **{f"{name}_here": _here(name == kind) for name in _KINDS},
     )

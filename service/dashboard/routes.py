@@ -9,12 +9,14 @@ from fastapi.responses import HTMLResponse
 
 from service.api.routing import HeadRouter
 from service.dashboard import live
+from service.dashboard.documentation import BUILT, Documentation, documentation_router
 from service.dashboard.pages import page
 from service.dashboard.static_files import static_file
 from service.problems import ProblemError, problem
 
 router = HeadRouter(include_in_schema=False)
 router.include_router(live.router)
+router.include_router(documentation_router(Documentation(BUILT)))
 
 _FOR_EVER = "public, max-age=31536000, immutable"
 
