@@ -39,7 +39,7 @@ _KINDS = {
     "jobs": _Kind("Jobs", "jobs-page", "jobs.css"),
     "job": _Kind("Job", "job-page", "job.css"),
     "compare": _Kind("Compare", "compare-page", "compare.css"),
-    "docs": _Kind("API", "docs-page"),
+    "docs": _Kind("API", "docs-page", "docs.css"),
 }
 
 

@@ -4,6 +4,13 @@ import { authorization } from "meshcone/api";
 import { byId, embedded, h } from "meshcone/dom";
 
 const urls = embedded("libraries");
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+
+/** Swagger UI has a dark theme, under a class of its own. */
+function followTheme() {
+  const root = document.documentElement;
+  root.classList.toggle("dark-mode", root.dataset.theme ? root.dataset.theme === "dark" : prefersDark.matches);
+}
 
 function load(element) {
   return new Promise((resolve, reject) => {
@@ -13,6 +20,10 @@ function load(element) {
   });
 }
 
+followTheme();
+addEventListener("themechange", followTheme);
+prefersDark.addEventListener("change", followTheme);
+
 try {
   await Promise.all([
     load(h("link", { rel: "stylesheet", href: urls["swagger-ui.css"] })),
@@ -21,7 +32,7 @@ try {
   globalThis.SwaggerUIBundle({
     url: "/openapi.json",
     domNode: byId("swagger"),
-    deepLinking: true,
+    deepLinking: false,
     validatorUrl: null,
     requestInterceptor: (request) => {
       Object.assign(request.headers, authorization());

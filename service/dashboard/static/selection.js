@@ -103,9 +103,12 @@ export class Selection {
       return h("button", { type: "button", class: action.danger ? "danger" : "", disabled: fitting.length === 0, onclick: () => this.carryOut(action, fitting) },
         action.name, fitting.length > 0 && fitting.length < chosen.length && ` ${fitting.length}`);
     });
-    return this.bar.replaceChildren(
-      h("strong", { role: "status" }, `${jobsInWords(chosen.length)} chosen`), ...buttons,
-      h("button", { type: "button", class: "quiet", onclick: () => this.choose(this.jobs, false) }, "Clear"));
+    return this.bar.replaceChildren(...[
+      h("strong", { role: "status" }, `${jobsInWords(chosen.length)} chosen`),
+      chosen.length === 2 && h("a", { class: "button", href: `/compare?${new URLSearchParams({ jobs: chosen.map(({ id }) => id).join(",") })}` }, "Compare"),
+      ...buttons,
+      h("button", { type: "button", class: "quiet", onclick: () => this.choose(this.jobs, false) }, "Clear"),
+    ].filter(Boolean));
   }
 
   async carryOut(action, jobs) {

@@ -107,6 +107,14 @@ def difference(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(np.abs(one[:height, :width] - other[:height, :width]).mean())
 
 
+def settle(page: Page) -> None:
+    """Wait until what was asked for has been drawn: two frames of the browser."""
+    page.evaluate(
+        "() => new Promise(done => requestAnimationFrame("
+        "() => requestAnimationFrame(() => setTimeout(done, 50))))"
+    )
+
+
 def keep_picture(page: Page, name: str, height: int = 800) -> None:
     """Store how the top of a page looks where MESHCONE_SCREENSHOTS says; nowhere without it."""
     directory = os.environ.get("MESHCONE_SCREENSHOTS")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
@@ -13,7 +15,14 @@ from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
 from tests import shapes
-from tests.acceptance.dashboard.browsing import PHONE, keep_picture, watched_page
+from tests.acceptance.dashboard.browsing import (
+    PHONE,
+    difference,
+    keep_picture,
+    pixels,
+    settle,
+    watched_page,
+)
 
 SERIOUS = {"serious", "critical"}
 
@@ -28,7 +37,7 @@ def open_page(page: Page, name: str, job: Job) -> None:
         page.wait_for_selector("[data-ready]")
     elif name == "compare":
         page.goto("/compare?label=jugs")
-        page.wait_for_selector(".charts")
+        page.wait_for_selector(".trends .plot")
     else:
         page.goto("/docs")
         page.wait_for_selector(".opblock")
@@ -44,7 +53,7 @@ def serious_violations(page: Page) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("name", ["jobs", "job", "compare"])
+@pytest.mark.parametrize("name", ["jobs", "job", "compare", "docs"])
 def test_no_serious_barrier_in_either_scheme(
     browser: Browser, stack: Stack, refined: Job, name: str, scheme: str
 ) -> None:
@@ -56,7 +65,7 @@ def test_no_serious_barrier_in_either_scheme(
         assert serious_violations(page) == []
 
 
-@pytest.mark.parametrize("name", ["jobs", "job", "compare"])
+@pytest.mark.parametrize("name", ["jobs", "job", "compare", "docs"])
 def test_a_phone_scrolls_down_and_never_aside(
     browser: Browser, stack: Stack, refined: Job, name: str
 ) -> None:
@@ -109,19 +118,61 @@ def test_an_unknown_job_is_said_to_be_unknown(browser: Browser, stack: Stack) ->
         expect(page.get_by_role("link", name="All jobs")).to_be_visible()
 
 
-def test_what_got_worse_comes_first(page: Page, client: Client, ball: MeshFile) -> None:
+def test_what_got_worse_comes_first_and_its_last_two_runs_stand_side_by_side(
+    page: Page, client: Client, ball: MeshFile
+) -> None:
     vertices, faces = shapes.sphere()
+    options = {"mode": "measure", "quality": {"samples": 500, "emd_samples": 16}}
+    jobs: dict[str, list[Job]] = {"still.obj": [], "part.obj": []}
     for amount in (0.01, 0.03):
-        source = MeshFile("part.obj", shapes.obj(shapes.noisy(vertices, amount), faces))
-        job = client.submit(source, ball, {"mode": "measure"}, labels=["worse"])
-        client.wait(job.id)
+        for name, noise in (("still.obj", 0.02), ("part.obj", amount)):
+            source = MeshFile(name, shapes.obj(shapes.noisy(vertices, noise), faces))
+            job = client.submit(source, ball, options, labels=["worse"])
+            jobs[name].append(client.wait(job.id))
     page.goto("/compare?label=worse")
 
-    rows = page.locator(".verdict.fail tbody tr")
-    expect(rows.first).to_contain_text("part.obj → ball.obj")
-    expect(page.get_by_role("heading", name="worse than in the run before")).to_be_visible()
-    expect(page.locator(".charts .dot.bad").first).to_be_visible()
-    keep_picture(page, "compare", height=1000)
+    expect(page.get_by_test_id("headline")).to_contain_text("1 of 2 assets got worse")
+    first = page.locator(".asset").first
+    expect(first).to_have_attribute("aria-label", "part.obj → ball.obj")
+    expect(first.locator(".dot.bad").first).to_be_visible()
+    expect(page.locator(".asset").nth(1).locator(".dot.bad")).to_have_count(0)
+    keep_picture(page, "compare", height=900)
+
+    first.get_by_role("link", name="Last two side by side").click()
+    page.wait_for_selector("[data-ready]")
+    row = page.get_by_role("row", name=re.compile("^Worst deviation"))
+    was, now = (worst_deviation(job) for job in jobs["part.obj"])
+    shown = [float(text) for text in row.locator("td.number").all_inner_texts()]
+    assert shown == pytest.approx([was, now, now - was], rel=0.01)
+    expect(row).to_contain_text(re.compile(r"[\d.]+. worse"))
+    assert serious_violations(page) == []
+    keep_picture(page, "two", height=900)
+
+    canvas = page.get_by_test_id("two-view").locator("canvas")
+    deviation = pixels(canvas)
+    page.get_by_role("button", name="Difference").click()
+    settle(page)
+    changed = pixels(canvas)
+    assert warm(deviation) < 0.01
+    assert warm(changed) > 0.1
+    canvas.press("ArrowRight")
+    settle(page)
+    panes = (np.array_split(image, 2, axis=1) for image in (changed, pixels(canvas)))
+    assert all(difference(*pair) > 0.5 for pair in zip(*panes, strict=True))
+
+
+def worst_deviation(job: Job) -> float:
+    """In model units, as the job's summary has it."""
+    summary = job.summary
+    assert summary is not None
+    assert summary.radius is not None
+    return summary.metrics["point_to_surface.max"] * summary.radius
+
+
+def warm(image: np.ndarray) -> float:
+    """Share of the pixels in the colours of what is farther off than it was."""
+    red, _, blue = np.moveaxis(image, 2, 0)
+    return float((red > blue + 40).mean())
 
 
 def test_the_policy_lets_no_script_run_that_is_not_ours(browser: Browser, stack: Stack) -> None:

@@ -16,7 +16,7 @@ from playwright.sync_api import Page, expect
 from meshcone.files import MeshFile
 from service.api.schemas import Job
 from service.client import Client
-from tests.acceptance.dashboard.browsing import difference, keep_picture, open_tab, pixels
+from tests.acceptance.dashboard.browsing import difference, keep_picture, open_tab, pixels, settle
 from tests.holding import Hold
 
 DRAWN = 4.0  # mean difference of the pixels, of 255, that no antialiasing makes
@@ -372,14 +372,6 @@ def chord_on_a_ball(away: float, height: float) -> float:
     a, b, c = slope**2 + 1, -2 * 3.6, 3.6**2 - 1
     t = (-b - np.sqrt(b**2 - 4 * a * c)) / (2 * a)
     return float(np.hypot(t * slope, 3.6 - t - 1))
-
-
-def settle(page: Page) -> None:
-    """Wait until what was asked for has been drawn: two frames of the browser."""
-    page.evaluate(
-        "() => new Promise(done => requestAnimationFrame("
-        "() => requestAnimationFrame(() => setTimeout(done, 50))))"
-    )
 
 
 def reddish(image: np.ndarray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, expect
 
+from meshcone.files import MeshFile
+from service.client import Client
 from service.stack import Stack
 from tests.acceptance.dashboard.browsing import watched_page
 from worker.settings import WorkerSettings
@@ -28,8 +31,12 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
 
 @pytest.fixture(scope="module")
 def key(guarded: Stack) -> str:
+    return made_key(guarded, "read")
+
+
+def made_key(guarded: Stack, scopes: str) -> str:
     made = subprocess.run(
-        [sys.executable, "-m", "service.cli", "keys", "create", "a visitor", "--scopes", "read"],
+        [sys.executable, "-m", "service.cli", "keys", "create", "a visitor", "--scopes", scopes],
         env={**os.environ, "MESHCONE_REDIS_URL": guarded.redis_url},
         capture_output=True,
         text=True,
@@ -64,3 +71,22 @@ def test_a_wrong_key_is_asked_for_again(browser: Browser, guarded: Stack, key: s
         page.get_by_role("button", name="Use it").click()
 
         expect(page.get_by_text("There is no such job")).to_be_visible()
+
+
+def test_pictures_in_the_list_are_fetched_with_the_key(
+    browser: Browser, guarded: Stack, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    key = made_key(guarded, "read,submit")
+    with Client(guarded.url, api_key=key) as client:
+        options = {"mode": "measure", "quality": {"samples": 500, "emd_samples": 16}}
+        client.wait(client.submit(rough_ball, ball, options).id)
+    with watched_page(browser, guarded.url) as (page, faults):
+        page.goto("/")
+        page.get_by_role("textbox", name="API key").fill(key)
+        page.get_by_role("button", name="Use it").click()
+
+        picture = page.locator("#rows img.thumb")
+        expect(picture).to_have_attribute("src", re.compile("^data:image/webp;base64,"))
+        assert picture.evaluate("image => image.decode().then(() => image.naturalWidth)") == 112
+        refused = [said for said in faults.said if "401" not in said]
+        assert (refused, faults.elsewhere) == ([], [])

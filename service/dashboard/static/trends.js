@@ -1,0 +1,92 @@
+// Runs of the same assets over time: how each value went, and who got worse since the run before.
+
+export const WORTH_TELLING = 1.05;  // a change of less is told apart from noise by nobody
+const BETTER_IF_LARGER = new Set(["normal_consistency", "fscore"]);
+const DISTANCES = new Set(["point_to_surface.mean", "point_to_surface.rms", "point_to_surface.p95", "point_to_surface.max", "hausdorff", "emd"]);
+const FIRST = ["point_to_surface.max", "point_to_surface.p95", "point_to_surface.mean", "normal_deviation_deg"];
+
+export const largerIsBetter = (metric) => BETTER_IF_LARGER.has(metric);
+
+/** What a value is given in, and what leads to it from the value of a summary. */
+export function unitOf(metric, radius) {
+  if (DISTANCES.has(metric)) return { name: "model units", scale: radius };
+  if (metric === "chamfer") return { name: "square model units", scale: radius * radius };
+  return { name: "", scale: 1 };  // degrees are in the name
+}
+
+/** How much worse a value is than another: above 1 is worse, whichever way the metric goes. */
+export function worsening(metric, before, after) {
+  if (BETTER_IF_LARGER.has(metric)) return (1 - after + 1e-9) / (1 - before + 1e-9);
+  return (after + 1e-12) / (before + 1e-12);
+}
+
+/** A factor as people say it: "5.8× worse"; null where nothing is worth telling. */
+export function changeWords(factor) {
+  if (factor > WORTH_TELLING) return { kind: "worse", words: factor > 100 ? "over 100× worse" : `${Number(factor.toPrecision(2))}× worse` };
+  if (factor < 1 / WORTH_TELLING) return { kind: "better", words: factor < 0.01 ? "over 100× better" : `${Number((1 / factor).toPrecision(2))}× better` };
+  return null;
+}
+
+/** What became of a job: its verdict, or that it could not be done. */
+export const endingOf = (job) => (job.state === "failed" ? "error" : job.verdict ?? "done");
+
+const isBad = (ending) => ending === "fail" || ending === "error";
+
+const measured = (job) => Object.keys(job.summary?.metrics ?? {}).length > 0;
+
+export const pairName = (job) => (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
+
+/** One asset: its runs from the oldest to the newest, and what has changed with the last. */
+class Asset {
+  constructor(name, runs) {
+    this.name = name;
+    this.runs = runs;
+    [this.before, this.last] = runs.length > 1 ? runs.slice(-2) : [null, runs.at(-1)];
+    this.measured = runs.filter(measured);
+    this.ending = endingOf(this.last);
+    this.brokeNow = this.before !== null && isBad(this.ending) && !isBad(endingOf(this.before));
+    this.changes = new Map(this.#changes());
+    this.worst = Math.max(0, ...this.changes.values());
+  }
+
+  /** Each metric of the last run with how much worse it is than in the run before. */
+  #changes() {
+    if (!measured(this.last)) return [];
+    const before = this.measured.at(-2)?.summary.metrics ?? {};
+    return Object.entries(this.last.summary.metrics).filter(([metric]) => metric in before)
+      .map(([metric, now]) => [metric, worsening(metric, before[metric], now)]);
+  }
+
+  get state() {
+    if (this.runs.length < 2) return "new";
+    if (this.brokeNow || this.worst > WORTH_TELLING) return "worse";
+    return [...this.changes.values()].some((factor) => factor < 1 / WORTH_TELLING) ? "better" : "same";
+  }
+
+  /** The metrics, what got worse most before all others. */
+  get metrics() {
+    const known = [...new Set(this.measured.flatMap((job) => Object.keys(job.summary.metrics)))];
+    const place = (metric) => (FIRST.includes(metric) ? FIRST.indexOf(metric) : FIRST.length);
+    const worse = (metric) => Math.max(this.changes.get(metric) ?? 0, WORTH_TELLING);
+    return known.sort((a, b) => worse(b) - worse(a) || place(a) - place(b));
+  }
+}
+
+/** Where an asset stands among the others: what broke now, then what got worse, then what is bad still. */
+const rank = (asset) => [!asset.brokeNow, asset.state !== "worse", !isBad(asset.ending)].map(Number);
+
+/**
+ * The assets of jobs that have ended, regressions first.
+ * @param {Object[]} jobs in any order
+ */
+export function assetsOf(jobs) {
+  const runs = new Map();
+  for (const job of [...jobs].sort((a, b) => new Date(a.created) - new Date(b.created))) {
+    const name = pairName(job);
+    if (!runs.has(name)) runs.set(name, []);
+    runs.get(name).push(job);
+  }
+  const assets = [...runs].map(([name, of]) => new Asset(name, of));
+  const byRank = (a, b) => rank(a).reduce((found, value, index) => found || value - rank(b)[index], 0);
+  return assets.sort((a, b) => byRank(a, b) || b.worst - a.worst || a.name.localeCompare(b.name));
+}
