@@ -6,6 +6,7 @@ import abc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from weakref import ReferenceType, ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +109,7 @@ class Asset(abc.ABC):
         self.region_names = regions.names
         self.warnings = warnings
         self._surface = surface
+        self._content: ReferenceType[Content] | None = None
         self._counts = AssetCounts(
             vertices=len(surface.positions),
             welded_vertices=len(surface.vertices),
@@ -134,7 +136,17 @@ class Asset(abc.ABC):
         return self._counts
 
     def content(self) -> Content:
-        """All that the file holds besides its surface; read anew at each call."""
+        """All that the file holds besides its surface; read anew where nobody has it any more.
+
+        It can keep every line of a text file in memory.
+        """
+        content = None if self._content is None else self._content()
+        if content is None:
+            content = self._read_content()
+            self._content = ref(content)
+        return content
+
+    def _read_content(self) -> Content:
         rows = np.arange(len(self._surface.triangles))
         primitive = Primitive(None, "triangles", len(self.positions), ("POSITION",))
         return Content(

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import qmc
 
 from meshcone.surface.arrays import Floats, Ints
 from meshcone.surface.mesh import Mesh
 from meshcone.surface.ordering import spatial_order
+from meshcone.surface.sobol import sobol_points
 
 SamplingMethod = Literal["sobol", "random"]
 
@@ -75,6 +75,4 @@ def _unit_cube(count: int, seed: int, method: SamplingMethod) -> Floats:
     if method == "random":
         return np.random.default_rng(seed).random((count, 3))
     # A Sobol sequence is balanced over powers of two; its prefix keeps the low discrepancy.
-    exponent = max(count - 1, 1).bit_length()
-    sequence = qmc.Sobol(3, scramble=True, rng=np.random.default_rng(seed))
-    return np.asarray(sequence.random_base2(exponent)[:count])
+    return sobol_points(max(count - 1, 1).bit_length(), seed)[:count]

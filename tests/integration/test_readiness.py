@@ -81,6 +81,8 @@ def test_a_broker_that_cannot_save_is_not_ready(
 
     assert "cannot save to its disk" in unready(http)
 
+    redis.config_set("save", "")  # it would not end before it has saved
+
 
 def test_a_file_store_that_cannot_be_written_is_not_ready(
     http: TestClient, settings: ServiceSettings

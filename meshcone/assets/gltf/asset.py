@@ -247,8 +247,7 @@ class GltfAsset(Asset):
         editor = BufferEditor(Accessors(divided.document, divided.buffers, limits))
         return write_file(container, divided.document, divided.buffers, editor)
 
-    def content(self) -> Content:
-        """See :meth:`Asset.content`."""
+    def _read_content(self) -> Content:
         model = self._model
         document = model.compressed.document if model.compressed else model.document
         return read_content(document, model.accessors, model.scene)

@@ -96,8 +96,7 @@ class ObjAsset(Asset):
         self._corner_texcoords = faces.texcoords[corners]
         self._statements = np.repeat(faces.rows, faces.sizes - 2)
 
-    def content(self) -> Content:
-        """See :meth:`Asset.content`."""
+    def _read_content(self) -> Content:
         return read_content(scan_lines(self._data), self._drawn(), self._resources)
 
     def _drawn(self) -> ObjTriangles:

@@ -174,3 +174,11 @@ def test_a_format_without_parts_is_one_draw() -> None:
     [draw] = read_asset("a.off", data).content().draws
 
     assert len(draw.rows) == len(faces)
+
+
+def test_content_is_read_once_as_long_as_somebody_has_it() -> None:
+    asset = read_asset("a.obj", OBJ)
+
+    content = asset.content()
+
+    assert asset.content() is content
