@@ -48,9 +48,16 @@ class ServiceSettings(WebhookSettings, TransferSettings):
         description="seconds of processor time that reading the files of one request may take",
     )
     queue_capacity: int = Field(
-        default=1000,
+        default=20_000,
         ge=1,
-        description="jobs that may be queued; as long as they are, further ones get a 503",
+        description="jobs that may be queued, those of batches among them; as long as they are, "
+        "further ones get a 503",
+    )
+    batch_pairs: int = Field(
+        default=10_000, ge=1, le=100_000, description="pairs that one batch may have"
+    )
+    batch_bytes: int = Field(
+        default=64 * MEBIBYTE, ge=1, description="size of a batch's JSON, on disk as it comes"
     )
     upload_ttl: int = Field(
         default=86_400,
@@ -99,7 +106,7 @@ class ServiceSettings(WebhookSettings, TransferSettings):
         default=600, ge=0, description="requests a minute of one API key; 0 for any number"
     )
     key_active_jobs: int = Field(
-        default=1000,
+        default=20_000,
         ge=0,
         description="jobs of one API key that may be queued or running; 0 for any number",
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -46,6 +47,33 @@ class AssetView(_Record):
     report: str
     preview: bytes | None
     pictures: bytes | None = None
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a report says of an asset."""
+
+    verdict: GateVerdict
+    warnings: tuple[WarningRecord, ...]
+    view: AssetView | None = None
+    statement: str | None = None
+
+    @staticmethod
+    def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
+        """Take it from a report as JSON."""
+        gates = report["gates"]
+        verdict = GateVerdict.of(()) if gates is None else GateVerdict.model_validate(gates)
+        warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))
+        return Judgement(verdict, warnings, view, report.get("statement"))
+
+    def fields(self) -> dict[str, Any]:
+        """The same as fields of a result."""
+        return {
+            "verdict": self.verdict,
+            "warnings": self.warnings,
+            "view": self.view,
+            "statement": self.statement,
+        }
 
 
 class AssetResult(_Record):

@@ -50,7 +50,9 @@ return {1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due -
 _ACCOUNT = """
 local time = tonumber(redis.call('TIME')[1])
 
-local function is_known(id) return redis.call('EXISTS', 'meshcone:job:' .. id) == 1 end
+local function is_known(id)
+  return redis.call('EXISTS', 'meshcone:job:' .. id, 'meshcone:batch:' .. id) > 0
+end
 
 local function reservation(text)
   local bytes, day, since = string.match(text, '(%d+)/(%d+)/(%d+)')
@@ -73,8 +75,9 @@ end
 _RESERVE = (
     _ACCOUNT
     + """
--- ARGV: job id, bytes, jobs allowed, bytes allowed (0 for any number), day in seconds,
---       seconds after which a reservation is looked into
+-- ARGV: id of a job or batch, bytes, jobs allowed, bytes allowed (0 for any number), day in
+--       seconds, seconds after which a reservation is looked into, jobs that it is or has
+local more = tonumber(ARGV[7])
 local jobs, bytes, day_length = tonumber(ARGV[3]), tonumber(ARGV[4]), tonumber(ARGV[5])
 local overdue = time - tonumber(ARGV[6])
 if redis.call('HEXISTS', KEYS[3], ARGV[1]) == 1 then return {'', 0} end  -- its answer was lost
@@ -90,7 +93,7 @@ for index = 1, #reserved, 2 do
     redis.call('HSET', KEYS[3], id, string.format('0/%d/%d', day, since))
   end
 end
-if jobs > 0 and redis.call('ZCARD', KEYS[1]) >= jobs then
+if jobs > 0 and redis.call('ZCARD', KEYS[1]) + more > jobs then
   -- The ledger says what became of them: a count of our own could drift from it.
   for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, -1)) do
     local state = redis.call('HGET', 'meshcone:job:' .. id, 'state')
@@ -99,7 +102,7 @@ if jobs > 0 and redis.call('ZCARD', KEYS[1]) >= jobs then
       redis.call('ZREM', KEYS[1], id)
     end
   end
-  if redis.call('ZCARD', KEYS[1]) >= jobs then return {'jobs', 0} end
+  if redis.call('ZCARD', KEYS[1]) + more > jobs then return {'jobs', 0} end
 end
 local used = tonumber(redis.call('GET', KEYS[2]) or '0')
 if bytes > 0 and used + tonumber(ARGV[2]) > bytes then
@@ -222,8 +225,8 @@ class JobQuotas:
         self._settle = client.register_script(_SETTLE)
         self._settings = settings
 
-    def reserve(self, key: ApiKey, job_id: str, size: int) -> None:
-        """Let a job of ``size`` bytes in, before anything of it is kept.
+    def reserve(self, key: ApiKey, job_id: str, size: int, jobs: int = 1) -> None:
+        """Let a job, or a batch of jobs, of ``size`` bytes in, before it is known.
 
         :meth:`settle` has to follow. Where it does not, because its process has died, the
         reservation is settled by the key's next request that comes a minute later.
@@ -235,7 +238,7 @@ class JobQuotas:
         accounts = self._accounts(key)
         for index, account in enumerate(accounts):
             try:
-                self._reserve_in(account, job_id, size)
+                self._reserve_in(account, job_id, size, jobs)
             except ProblemError:
                 for reserved in accounts[:index]:
                     self._settle_in(reserved, job_id, size)
@@ -249,6 +252,10 @@ class JobQuotas:
         for account in self._accounts(key):
             self._settle_in(account, job_id, size)
 
+    def places(self, key: ApiKey) -> tuple[str, ...]:
+        """Sorted sets in which the jobs of a key are counted, by the time they were let in."""
+        return tuple(account.keys()[0] for account in self._accounts(key))
+
     def _accounts(self, key: ApiKey) -> list[_Account]:
         own, settings = Allowance.of(key.quota, self._settings), self._settings
         of_key = _Account("key", f"meshcone:key:{key.id}", own.active_jobs, own.daily_bytes)
@@ -257,14 +264,17 @@ class JobQuotas:
             return [of_key]
         return [of_key, _Account("project", f"meshcone:project:{key.project}:used", *limits)]
 
-    def _reserve_in(self, account: _Account, job_id: str, size: int) -> None:
+    def _reserve_in(self, account: _Account, job_id: str, size: int, jobs: int) -> None:
         limits = [account.active_jobs, account.daily_bytes, _DAY, _SETTLING]
-        arguments: list[Any] = [job_id, size, *limits]
+        arguments: list[Any] = [job_id, size, *limits, jobs]
         reason, seconds = self._reserve(keys=account.keys(), args=arguments)
         if reason == "jobs":
             raise _exceeded(
                 f"{account.active_jobs} jobs of this {account.whose} are queued or running, "
-                "as many as it may have",
+                "as many as it may have"
+                if jobs == 1
+                else f"this {account.whose} may have {account.active_jobs} jobs queued or running, "
+                f"and the batch has {jobs}",
                 self._settings.retry_after * 10,
             )
         if reason == "bytes":

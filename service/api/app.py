@@ -17,6 +17,7 @@ from meshcone.report.report import AuditReport, MeasureReport, Report
 from meshcone.settings import load_settings
 from service import problems
 from service.access.auth import Authentication, KeyRing, describe_security
+from service.api.batch_schemas import BatchRequest
 from service.api.context import open_context
 from service.api.middleware.body_limit import BodyLimit
 from service.api.middleware.compression import Compression
@@ -24,7 +25,17 @@ from service.api.middleware.cross_origin import CrossOrigin
 from service.api.middleware.headers import SecurityHeaders
 from service.api.middleware.lingering import Lingering
 from service.api.middleware.request_log import PROBES, RequestLog
-from service.api.routes import blobs, events, health, inputs, jobs, metrics, results, submit
+from service.api.routes import (
+    batches,
+    blobs,
+    events,
+    health,
+    inputs,
+    jobs,
+    metrics,
+    results,
+    submit,
+)
 from service.api.schemas import JobRequest
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_async
@@ -41,6 +52,7 @@ _REFERENCE = "#/components/schemas/{model}"
 _MODELS: dict[type[BaseModel], JsonSchemaMode] = {
     Options: "validation",
     JobRequest: "validation",
+    BatchRequest: "validation",
     Report: "serialization",
     MeasureReport: "serialization",
     AuditReport: "serialization",
@@ -117,7 +129,7 @@ def create_app(
         },
     )
     app.state.settings = settings
-    for module in (submit, jobs, events, inputs, results, blobs):
+    for module in (submit, jobs, events, inputs, results, batches, blobs):
         app.include_router(module.router)
     app.include_router(health.router)
     app.include_router(metrics.router)

@@ -13,6 +13,7 @@ from service.access.quotas import JobQuotas
 from service.api.checking.checks import MeshChecks
 from service.api.schemas import Job
 from worker.broker.connections import REPLY_TIMEOUT, connect_bytes, connect_text
+from worker.jobs.batches import Batches
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobRecord
@@ -39,6 +40,7 @@ class Context:
     settings: ServiceSettings
     redis: Redis
     ledger: Ledger
+    batches: Batches
     queue: JobQueue
     blobs: BlobStore
     quotas: JobQuotas
@@ -66,6 +68,7 @@ def open_context(settings: ServiceSettings) -> Iterator[Context]:
             settings=settings,
             redis=client,
             ledger=Ledger(client),
+            batches=Batches(client),
             queue=JobQueue(settings, queue_client),
             blobs=BlobStore.open(settings, register),
             quotas=JobQuotas(client, settings),

@@ -231,6 +231,10 @@ class ListedJob(BaseModel):
     attempt: int = Field(description="times it has been started")
     labels: list[str]
     project: str = Field(description="whose it is")
+    name: str | None = Field(
+        default=None, description="what its sender calls it, where it is one of a batch"
+    )
+    batch: str | None = Field(default=None, description="id of the batch that it belongs to")
     created: datetime
     started: datetime | None
     finished: datetime | None
@@ -296,6 +300,8 @@ class ListedJob(BaseModel):
             attempt=record.attempt,
             labels=list(record.labels),
             project=record.project,
+            name=record.name,
+            batch=record.batch,
             created=record.created,
             started=record.started,
             finished=record.finished,

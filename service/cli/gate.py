@@ -18,7 +18,7 @@ from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, S
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun
     from meshcone.options import Mode, Options
-    from service.gating.job import GateJob, Gatekeeper
+    from service.gating.job import GateJob
     from service.gating.pairs import Pair
 
 _NOT_PASSED = 1  # exit code
@@ -134,8 +134,8 @@ def command(
         return 0
     run = _run(work, server, jobs or os.cpu_count() or 1)
     outputs.write(run)
-    _show(run)
-    return _exit_code(run)
+    show_run(run)
+    return exit_code_of(run)
 
 
 def _require_label(label: str | None) -> None:
@@ -192,22 +192,21 @@ def _run(work: list[GateJob], server: str | None, at_once: int) -> GateRun:
     from service.gating.display import progress_bar
     from service.gating.job import run_jobs
 
-    keeper = _keeper(server, {job.options.mode for job in work})
+    if server is not None:
+        from service.gating.remote import RemoteGate
+
+        gate = RemoteGate(server, at_once)
+        with progress_bar(len(work)) as show:
+            return gate.run(work, show)
+    from service.gating.local import LocalGatekeeper
+
+    keeper = LocalGatekeeper({job.options.mode for job in work})
     with progress_bar(len(work)) as show:
         return run_jobs(work, keeper, min(at_once, len(work)), show)
 
 
-def _keeper(server: str | None, modes: set[Mode]) -> Gatekeeper:
-    if server is not None:
-        from service.gating.remote import RemoteGatekeeper
-
-        return RemoteGatekeeper(server)
-    from service.gating.local import LocalGatekeeper
-
-    return LocalGatekeeper(modes)
-
-
-def _show(run: GateRun) -> None:
+def show_run(run: GateRun) -> None:
+    """Print what came of every asset, errors on stderr."""
     from rich.console import Console
 
     from service.gating.display import check_lines, closing_line, finding_lines, summary_table
@@ -228,7 +227,8 @@ def _show(run: GateRun) -> None:
     typer.echo(closing_line(run))
 
 
-def _exit_code(run: GateRun) -> int:
+def exit_code_of(run: GateRun) -> int:
+    """The exit code of a run: 0 if every asset passes, 1, 2 or 3 by the worst that is not so."""
     if any(run.internal_errors()):
         return INTERNAL
     if run.verdict == "error":

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
@@ -28,13 +29,13 @@ _JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
 def command(
     source: Annotated[
-        str,
+        str | None,
         typer.Argument(
             metavar="SOURCE",
             help="The mesh: a file, or https:// or s3:// for the service to fetch it.",
             show_default=False,
         ),
-    ],
+    ] = None,
     reference: Annotated[
         str | None,
         typer.Argument(
@@ -47,6 +48,14 @@ def command(
     server: Annotated[
         str, typer.Option(metavar="URL", help="The service to work there.", show_default=False)
     ],
+    batch: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Batch to send in place of SOURCE and REFERENCE, as POST /v1/batches takes it.",
+            show_default=False,
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", help="Refined mesh to write.", show_default=False),
@@ -85,10 +94,18 @@ def command(
 
     It waits for what --out and --report are to hold, and exits with 1 where a tolerance (--set
     within=0.5mm) is not reached. Without either it prints where the job is and waits for nothing.
+    With --batch it waits for the last job, prints every verdict and exits as `meshcone gate` does;
+    --report then holds what `meshcone gate --json` writes.
     An API key is taken from MESHCONE_API_KEY.
     """
     from service.client.links import is_link
 
+    if batch is not None:
+        if source is not None or out is not None or label or webhook or put or per or assignments:
+            raise InputError("--batch goes with --server and --report alone: all else is in it")
+        return _submit_batch(batch, server, report)
+    if source is None:
+        raise InputError("SOURCE is missing: name a mesh, or a --batch")
     options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
@@ -133,6 +150,49 @@ def command(
     for line in missed:
         typer.echo(line, err=True)
     return _NOT_REACHED if missed else 0
+
+
+def _submit_batch(file: Path, server: str, report: Path | None) -> int:
+    import httpx2
+
+    from service.cli.gate import exit_code_of, show_run
+    from service.client import ServiceError
+    from service.client.connection import connect, error_of
+
+    require_places([report], [file])
+    document = _document(file)
+    pairs = document.pop("pairs", None)
+    if not isinstance(pairs, list):
+        raise InputError("has no list 'pairs'", file=str(file))
+    with connect(server) as client:
+        try:
+            sent = client.submit_batch(pairs, document)
+            typer.echo(f"{server.rstrip('/')}{sent.links.self}", err=True)
+            client.wait_for_batch(sent.id, timeout=_JOB_TIMEOUT)
+            run = client.batch_result(sent.id)
+        except TimeoutError as error:
+            raise InternalError(str(error)) from None
+        except ServiceError as error:
+            raise error_of(error.problem) from None
+        except httpx2.HTTPError as error:
+            raise InternalError(f"the service does not answer: {error}") from None
+    if report is not None:
+        write_together({report: run.model_dump_json(indent=2).encode() + b"\n"})
+    show_run(run)
+    return exit_code_of(run)
+
+
+def _document(file: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(file.read_bytes())
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot be read: {reason}", file=str(file)) from None
+    except (ValueError, RecursionError):
+        raise InputError("is not valid JSON", file=str(file)) from None
+    if not isinstance(document, dict):
+        raise InputError("is not a JSON object", file=str(file))
+    return document
 
 
 def _file(mesh: str, listed: str | None = None) -> MeshFile | LinkedFile:

@@ -35,6 +35,7 @@ from service.api.schemas import (
     SentFile,
     job_path,
 )
+from service.client.batches import BatchCalls
 from service.client.transport import Transport
 from worker.jobs.records import FINAL_STATES, OutputName
 
@@ -45,7 +46,7 @@ _FIRST_LOOK = 0.05  # seconds
 _GROWTH = 1.5  # of the pause between two looks
 
 
-class Client:
+class Client(BatchCalls):
     """Submits jobs to a MeshCone service and fetches their results.
 
     Every method raises :class:`ServiceError` where the service answers with a problem, and

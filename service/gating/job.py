@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 from meshcone.errors import MeshConeError
 from meshcone.gates.records import GateVerdict
-from meshcone.gates.results import AssetError, AssetResult, AssetView, GateRun
-from meshcone.notices import Code, WarningRecord, warning
+from meshcone.gates.results import AssetError, AssetResult, GateRun, Judgement
+from meshcone.notices import Code, warning
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
 
@@ -35,6 +35,25 @@ class GateJob:
     label: str | None = None
     reported: bool = False
 
+    @property
+    def asks(self) -> bool:
+        """Whether there is anything to be done: a gate applies, or the report is wanted."""
+        return bool(self.options.gates or self.options.keep or self.reported)
+
+    def result(self, seconds: float, found: Judgement | MeshConeError | AssetError) -> AssetResult:
+        """What came of the job, and the time it took."""
+        if isinstance(found, MeshConeError):
+            found = AssetError.of(found)
+        fields = found.fields() if isinstance(found, Judgement) else {"error": found}
+        return AssetResult(
+            name=self.pair.name,
+            source=shown(self.pair.source),
+            reference=None if self.pair.reference is None else shown(self.pair.reference),
+            lod=self.pair.level,
+            seconds=seconds,
+            **fields,
+        )
+
     def at_least_cost(self) -> GateJob:
         """The same job as an audit, where all its gates are about what an audit says.
 
@@ -47,27 +66,10 @@ class GateJob:
         return replace(self, options=self.options.model_copy(update={"mode": "audit"}))
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """What came of a job that was done."""
-
-    verdict: GateVerdict
-    warnings: tuple[WarningRecord, ...]
-    view: AssetView | None = None
-    statement: str | None = None
-
-    @staticmethod
-    def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
-        """Take it from a report as JSON."""
-        gates = report["gates"]
-        verdict = GateVerdict.of(()) if gates is None else GateVerdict.model_validate(gates)
-        warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))
-        return Judgement(verdict, warnings, view, report.get("statement"))
-
-
-_UNGATED = Judgement(
+UNGATED = Judgement(
     GateVerdict.of(()), (warning(Code.GATES_NONE, "pair", "No gate applies to this asset."),)
 )
+"""What is said of an asset that no gate applies to."""
 
 
 class Gatekeeper(Protocol):
@@ -83,25 +85,11 @@ class Gatekeeper(Protocol):
 def judged(job: GateJob, work: Callable[[GateJob], Judgement]) -> AssetResult:
     """Do a job and make a result of what it returns or raises on purpose."""
     started = time.monotonic()
-    judgement: Judgement | None = None
-    error: AssetError | None = None
     try:
-        asked = job.options.gates or job.options.keep or job.reported
-        judgement = work(job) if asked else _UNGATED
-    except MeshConeError as found:
-        error = AssetError.of(found)
-    return AssetResult(
-        name=job.pair.name,
-        source=shown(job.pair.source),
-        reference=None if job.pair.reference is None else shown(job.pair.reference),
-        lod=job.pair.level,
-        seconds=time.monotonic() - started,
-        verdict=judgement.verdict if judgement else None,
-        error=error,
-        warnings=judgement.warnings if judgement else (),
-        view=judgement.view if judgement else None,
-        statement=judgement.statement if judgement else None,
-    )
+        judgement = work(job) if job.asks else UNGATED
+    except MeshConeError as error:
+        return job.result(time.monotonic() - started, error)
+    return job.result(time.monotonic() - started, judgement)
 
 
 def run_jobs(

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, get_args
 
 from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
 from meshcone.files import MeshFile
-from meshcone.gates.results import AssetResult, AssetView
+from meshcone.gates.results import AssetResult, AssetView, Judgement
 from meshcone.local_files import read_local
 from meshcone.options import Mode
 from service.api.schemas import LinkedFile
-from service.gating.job import GateJob, Judgement, judged
+from service.gating.job import GateJob, judged
 from service.gating.pairs import Place, shown
 from worker.lifeline import die_with_parent
 

@@ -1,82 +1,185 @@
-"""Gating by a running MeshCone service."""
+"""Gating by a running MeshCone service: all that there is to do, as one batch."""
 
 from __future__ import annotations
 
 import json
-import threading
+import re
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import httpx2
 
-from meshcone.errors import InternalError, SolveTimeoutError
+from meshcone.errors import InternalError, MeshConeError, SolveTimeoutError
 from meshcone.files import MeshFile
-from meshcone.gates.results import AssetResult, AssetView
+from meshcone.gates.results import AssetResult, AssetView, GateRun, Judgement
 from meshcone.local_files import read_local
-from service.api.schemas import LABEL_LENGTH, LinkedFile
+from service.api.batch_schemas import NAME_LENGTH, Batch
+from service.api.schemas import LABEL_LENGTH, LinkedFile, NamedBlob
 from service.client import ServiceError
 from service.client.connection import connect, error_of
-from service.gating.job import GateJob, Judgement, judged
+from service.gating.job import UNGATED, GateJob
 from service.gating.pairs import Place
 
-JOB_TIMEOUT = 3600.0  # seconds a job may be queued and worked on
-_LOOK_INTERVAL = 1.0  # seconds between looks whether to go on waiting
+BATCH_TIMEOUT = 24 * 3600.0  # seconds a batch may be queued and worked on
+_LOOK_INTERVAL = 0.5  # seconds
+
+_REFUSED_PAIR = re.compile(r"pairs\[(\d+)\]: ")
 
 
-class RemoteGatekeeper:
-    """Sends every job to a service and waits for its report.
+class RemoteGate:
+    """Sends files that are on this machine, then one batch, and waits for its verdicts.
 
     Raises:
         InputError: no such service answers.
+
+    Args:
+        url: where the service is.
+        at_once: files that are sent at one time.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, at_once: int) -> None:
         """Look whether a service is there."""
         self._client = connect(url)
-        self._stopped = threading.Event()
+        self._at_once = at_once
 
-    def judge(self, job: GateJob) -> AssetResult:
-        """Do a job; its errors are part of the answer."""
-        return judged(job, self._work)
+    def run(self, jobs: Sequence[GateJob], on_result: Callable[[AssetResult], None]) -> GateRun:
+        """Do all jobs and keep their order; the errors of one are part of the answer.
 
-    def stop(self) -> None:
-        """Wait for no more jobs; those that were sent go on."""
-        self._stopped.set()
+        ``on_result`` sees each result, those of the service when the last of its jobs has ended.
+        Of a run that is interrupted, what was sent goes on.
+        """
+        results: dict[int, AssetResult] = {}
 
-    def _work(self, job: GateJob) -> Judgement:
+        def settle(index: int, result: AssetResult) -> None:
+            results[index] = result
+            on_result(result)
+
+        pairs: dict[int, Mapping[str, Any]] = {}
+        for index, sent in enumerate(self._each(self._sent, jobs)):
+            if sent is None:
+                settle(index, jobs[index].result(0.0, UNGATED))
+            elif isinstance(sent, MeshConeError):
+                settle(index, jobs[index].result(0.0, sent))
+            else:
+                pairs[index] = sent
+        batch = None
+        while pairs and batch is None:
+            try:
+                batch = self._submitted(list(pairs.values()), jobs[0].label)
+            except MeshConeError as error:
+                meant, words = _meant(error, list(pairs))
+                for index in meant:
+                    del pairs[index]
+                    settle(index, jobs[index].result(0.0, words))
+        if batch is not None:
+            finished = self._ended(batch.id, [jobs[index] for index in pairs])
+            for index, result in zip(pairs, finished, strict=True):
+                settle(index, result)
+        return GateRun.of([results[index] for index in range(len(jobs))], jobs[0].label)
+
+    def _each(self, work: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+        """What becomes of each, an error of it in its place; several are done at one time."""
+
+        def done(item: Any) -> Any:
+            try:
+                return work(item)
+            except MeshConeError as error:
+                return error
+            except ServiceError as error:
+                return error_of(error.problem)
+            except httpx2.HTTPError as error:
+                return _no_answer(error)
+
+        threads = ThreadPoolExecutor(max_workers=max(1, min(self._at_once, len(items))))
         try:
-            return self._judgement(job)
+            return list(threads.map(done, items))
+        finally:  # also Ctrl-C: nothing may go on behind the caller's back
+            threads.shutdown(wait=False, cancel_futures=True)
+
+    def _sent(self, job: GateJob) -> Mapping[str, Any] | None:
+        """A pair of the batch, after its files have been sent; None if there is nothing to do."""
+        if not job.asks:
+            return None
+        name = "".join(each for each in job.pair.name if each.isprintable())
+        pair: dict[str, Any] = {
+            "name": name[:NAME_LENGTH] or "asset",
+            "labels": [name[:LABEL_LENGTH]],
+            "options": job.options.model_dump(mode="json", exclude_defaults=True),
+        }
+        pair |= self._side("source", job.pair.source, job.options.cones.pin.vertices_file)
+        if job.pair.reference is not None:
+            pair |= self._side("reference", job.pair.reference)
+        return pair
+
+    def _side(self, side: str, place: Place, listed: str | None = None) -> Mapping[str, Any]:
+        if isinstance(place, LinkedFile):
+            return {side: place.model_dump(mode="json", exclude_none=True)}
+        file = read_local(place, listed)
+        resources = [self._uploaded(MeshFile(*each)) for each in file.resources.items()]
+        return {
+            side: self._uploaded(file).model_dump(),
+            f"{side}_resources": [each.model_dump() for each in resources],
+        }
+
+    def _uploaded(self, file: MeshFile) -> NamedBlob:
+        return self._client.upload(file)
+
+    def _submitted(self, pairs: Sequence[Mapping[str, Any]], label: str | None) -> Batch:
+        header = {} if label is None else {"name": label, "labels": [label]}
+        try:
+            return self._client.submit_batch(pairs, header)
         except ServiceError as error:
             raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
-            raise InternalError(f"the service does not answer: {error}") from None
+            raise _no_answer(error) from None
 
-    def _judgement(self, job: GateJob) -> Judgement:
-        source = _file(job.pair.source, job.options.cones.pin.vertices_file)
-        reference = None if job.pair.reference is None else _file(job.pair.reference)
-        document = job.options.model_dump(mode="json", exclude_defaults=True)
-        name = "".join(each for each in job.pair.name if each.isprintable())[:LABEL_LENGTH]
-        labels = [name] if job.label is None else [job.label, name]
-        sent = self._client.submit(source, reference, document, labels=labels)
-        waited = 0.0
-        while not self._stopped.is_set() and waited < JOB_TIMEOUT:
-            try:
-                ended = self._client.wait(sent.id, timeout=_LOOK_INTERVAL)
-            except TimeoutError:
-                waited += _LOOK_INTERVAL
-                continue
-            if ended.error is not None:
-                raise error_of(ended.error)
-            report = self._client.report(ended.id)
-            return Judgement.of(report, self._view(ended.id, report) if job.viewed else None)
-        raise SolveTimeoutError(f"job {sent.id} has not ended within {JOB_TIMEOUT:g} s")
+    def _ended(self, batch_id: str, jobs: Sequence[GateJob]) -> list[AssetResult]:
+        """What came of the jobs of a batch, in their order."""
+        try:
+            self._client.wait_for_batch(batch_id, timeout=BATCH_TIMEOUT, interval=_LOOK_INTERVAL)
+            found = self._client.batch_result(batch_id).assets
+            ids = [job.id for job in self._client.batch_jobs(batch_id)][::-1]
+        except TimeoutError as error:
+            failure: MeshConeError = SolveTimeoutError(str(error))
+        except ServiceError as error:
+            failure = error_of(error.problem)
+        except httpx2.HTTPError as error:
+            failure = _no_answer(error)
+        else:
+            if len(found) == len(ids) == len(jobs):
+                return self._each(self._result, list(zip(jobs, found, ids, strict=True)))
+            failure = InternalError("jobs of the run were deleted meanwhile")
+        return [job.result(0.0, failure) for job in jobs]
 
-    def _view(self, job_id: str, report: dict[str, Any]) -> AssetView:
+    def _result(self, ended: tuple[GateJob, AssetResult, str]) -> AssetResult:
+        job, found, job_id = ended
+        if found.error is not None:
+            return job.result(found.seconds, found.error)
+        if found.verdict is None:
+            return job.result(found.seconds, InternalError("the service gave no verdict"))
+        view = self._view(job_id) if job.viewed else None
+        judgement = Judgement(found.verdict, found.warnings, view, found.statement)
+        return job.result(found.seconds, judgement)
+
+    def _view(self, job_id: str) -> AssetView:
+        report = self._client.report_bytes(job_id)
+        is_audit = json.loads(report)["mode"] == "audit"
         return AssetView(
-            report=json.dumps(report),
-            preview=None if report["mode"] == "audit" else self._client.preview(job_id),
+            report=report.decode(),
+            preview=None if is_audit else self._client.preview(job_id),
             pictures=self._client.pictures(job_id),
         )
 
 
-def _file(place: Place, listed: str | None = None) -> MeshFile | LinkedFile:
-    return place if isinstance(place, LinkedFile) else read_local(place, listed)
+def _meant(error: MeshConeError, indexes: Sequence[int]) -> tuple[Sequence[int], MeshConeError]:
+    """Which of the pairs that were sent an error is about, the one it names or all; and it."""
+    named = _REFUSED_PAIR.match(error.message)
+    if named is None:
+        return indexes, error
+    words = type(error)(error.message[named.end() :], file=error.file)
+    return [indexes[int(named[1])]], words
+
+
+def _no_answer(error: httpx2.HTTPError) -> InternalError:
+    return InternalError(f"the service does not answer: {error}")

@@ -17,8 +17,8 @@ from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.events import BEGINNING, EventFeed, JobEvent
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
-from worker.jobs.ledger_scripts import EVENTS_KEPT
 from worker.jobs.records import JobProgress, JobRecord
+from worker.jobs.step_scripts import EVENTS_KEPT
 
 Found = TypeVar("Found")
 

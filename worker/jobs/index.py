@@ -47,6 +47,7 @@ class JobFilter:
     Attributes:
         project: whose jobs; None for those of all projects.
         name: part of the name of a file that was sent, or of a label, in any case.
+        batch: of which batch; None for those of any and of none.
         untroubled: those alone that neither failed nor have a verdict ``fail`` or ``not_tested``.
     """
 
@@ -56,21 +57,23 @@ class JobFilter:
     name: str = ""
     project: str | None = None
     untroubled: bool = False
+    batch: str | None = None
 
     def index(self) -> str:
         """The smallest index certain to hold all of them."""
         if self.labels:
-            return index_of("label", min(self.labels), self.project)
+            return index_of("label", min(self.labels), self.project, self.batch)
         if self.verdict is not None:
-            return index_of("verdict", self.verdict, self.project)
+            return index_of("verdict", self.verdict, self.project, self.batch)
         if self.state is not None:
-            return index_of("state", self.state, self.project)
-        return all_jobs(self.project)
+            return index_of("state", self.state, self.project, self.batch)
+        return all_jobs(self.project, self.batch)
 
     def admits(self, record: JobRecord) -> bool:
         """Whether a job is meant."""
         return (
             self.project in (None, record.project)
+            and self.batch in (None, record.batch)
             and self.state in (None, record.state)
             and self.verdict in (None, record.verdict)
             and self.labels.issubset(record.labels)

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from meshcone.options import OPTIONS_VERSION
 from worker.jobs import ledger_scripts as scripts
+from worker.jobs import step_scripts as steps
 from worker.jobs.durability import DurableWrites
 from worker.jobs.idempotency import BoundKey
 from worker.jobs.identifiers import DEFAULT_PROJECT
@@ -126,13 +127,7 @@ class Ledger:
             KeyReusedError: the key is of another request.
             redis.TimeoutError: the broker did not say in time that the job is on its disk.
         """
-        step: dict[str, Any] = {
-            "id": record.id,
-            "fields": record.encoded(),
-            "labels": record.labels,
-            "digests": sorted({file.digest for file in record.stored_files}),
-            "incomplete": len(record.stored_files) < len(record.files),
-        }
+        step = record.entry()
         if capacity is not None:
             step["capacity"] = capacity
         keys = [*job_keys(record.id)]
@@ -140,11 +135,11 @@ class Ledger:
             keys.append(key.place)
             step |= {"fingerprint": key.fingerprint, "remembered": key.remembered}
         answer, found, attempt = self._durable.run(self._create, keys, [json.dumps(step)])
-        if answer == scripts.REPEATED:
+        if answer == steps.REPEATED:
             return str(found)
-        if answer == scripts.MISMATCHED:
+        if answer == steps.MISMATCHED:
             raise KeyReusedError(found)
-        if answer == scripts.FULL:
+        if answer == steps.FULL:
             raise QueueFullError
         _accept(record.id, answer, found, attempt)
         return record.id
@@ -239,7 +234,7 @@ class Ledger:
         """
         step = {"id": job_id, "attempt": attempt, "progress": progress.model_dump_json()}
         answer, state, found = self._run(self._progress, job_id, step)
-        if answer == scripts.CANCEL_REQUESTED:
+        if answer == steps.CANCEL_REQUESTED:
             raise CancelRequestedError(job_id)
         _accept(job_id, answer, state, found)
 
@@ -412,8 +407,8 @@ def _accept(
 ) -> tuple[JobState, int]:
     if state == "":
         raise UnknownJobError(job_id)
-    if answer == scripts.TOO_NEW:
+    if answer == steps.TOO_NEW:
         raise TooNewError(job_id, first=bool(attempt))
-    if answer != scripts.ACCEPTED:
+    if answer != steps.ACCEPTED:
         raise TransitionRefusedError(job_id, state, attempt)
     return state, attempt

@@ -11,8 +11,15 @@
     meshcone:project:NAME:blobs hash: how many of the project's jobs have a file, by its digest
     meshcone:project:NAME:owners, …:queued:KEY
                                 set: the API keys that have sent jobs; of each, the queued ones
+    meshcone:project:NAME:batches
+                                sorted set: the project's batches, as meshcone:batches
     meshcone:projects           set: the projects there are jobs of
     meshcone:projects:placed    string: how far the last look at their indexes has come
+    meshcone:batch:ID           hash: a batch; see worker.jobs.batches
+    meshcone:batch:ID:entry     list: its jobs that are not in the ledger yet, as JSON
+    meshcone:batch:ID:…         the same indexes, times and counters of the batch's jobs alone
+    meshcone:batches            sorted set of ids, all of score 0
+    meshcone:batches:open       set: ids of those that have not ended
     meshcone:lines:KIND         sorted set: the projects some of whose jobs wait in lines, by turn;
                                 KIND is `queue` or `fetches`; see worker.jobs.lines
     meshcone:lines:KIND:NAME    sorted set: the keys of such a project, by turn
@@ -40,6 +47,8 @@ PROJECTS = "meshcone:projects"
 QUEUE_LINES = "meshcone:lines:queue"
 FETCH_LINES = "meshcone:lines:fetches"
 TURN = "meshcone:lines:turn"
+BATCHES = "meshcone:batches"
+OPEN_BATCHES = "meshcone:batches:open"
 PLACED = "meshcone:projects:placed"
 WEBHOOKS = "meshcone:webhooks"
 FETCHES = "meshcone:fetches"
@@ -58,19 +67,29 @@ def job_keys(job_id: str) -> tuple[str, str, str]:
     return key, f"{key}:events", f"{key}:blobs"
 
 
-def all_jobs(project: str | None = None) -> str:
-    """The index of a project's jobs; None stands for all projects, here and below."""
-    return f"{_place(project)}index:all"
+def batch_key(batch: str) -> str:
+    """The hash of a batch."""
+    return f"meshcone:batch:{batch}"
 
 
-def index_of(kind: str, value: str, project: str | None = None) -> str:
+def all_jobs(project: str | None = None, batch: str | None = None) -> str:
+    """The index of a batch's jobs, or of a project's; None is no such limit, here and below."""
+    return f"{_place(project, batch)}index:all"
+
+
+def index_of(kind: str, value: str, project: str | None = None, batch: str | None = None) -> str:
     """The index of the jobs whose state, label or verdict has a value."""
-    return f"{_place(project)}index:{kind}:{value}"
+    return f"{_place(project, batch)}index:{kind}:{value}"
 
 
 def since(state: str, project: str | None = None) -> str:
     """The jobs of a state, by the time they entered it."""
     return f"{_place(project)}since:{state}"
+
+
+def batches_of(project: str | None) -> str:
+    """The batches of a project."""
+    return f"{_place(project)}batches"
 
 
 def counters(project: str | None = None) -> str:
@@ -83,5 +102,7 @@ def blobs_of(project: str) -> str:
     return f"{_place(project)}blobs"
 
 
-def _place(project: str | None) -> str:
+def _place(project: str | None, batch: str | None = None) -> str:
+    if batch is not None:
+        return f"{batch_key(batch)}:"
     return "meshcone:" if project is None else f"meshcone:project:{project}:"

@@ -28,30 +28,36 @@ WRITE = f"""
 local told = {{{_TOLD}}}
 
 -- A version that knows nothing of `message` reads the other fields, and the job.
-local function write_webhook(state, attempt)
-  local url = redis.call('HGET', job, 'webhook')
-  if not told[state] or not url or url == 'null' then return end
+local function write_message(of, id, state, attempt, is_batch)
+  local url = redis.call('HGET', of, 'webhook')
+  if not url or url == 'null' then return end
   local message = cjson.encode({{
-    id=step.id .. '_' .. state .. '_' .. attempt, job=step.id, state=state, attempt=attempt,
-    url=cjson.decode(url), owner=cjson.decode(redis.call('HGET', job, 'owner') or 'null'),
-    labels=redis.call('HGET', job, 'labels') or '[]', milliseconds=math.floor(1000 * now())}})
+    id=id .. '_' .. state .. '_' .. attempt, job=id, state=state, attempt=attempt, batch=is_batch,
+    url=cjson.decode(url), owner=cjson.decode(redis.call('HGET', of, 'owner') or 'null'),
+    labels=redis.call('HGET', of, 'labels') or '[]', milliseconds=math.floor(1000 * now())}})
   redis.call('XADD', '{keys.WEBHOOKS}', '*',
-             'job', step.id, 'state', state, 'attempt', attempt, 'message', message)
+             'job', id, 'state', state, 'attempt', attempt, 'message', message)
   local lost = redis.call('XTRIM', '{keys.WEBHOOKS}', 'MAXLEN', {KEPT})
   if lost > 0 then redis.call('HINCRBY', '{keys.COUNTERS}', '{DROPPED}', lost) end
 end
+
+local function write_webhook(state, attempt)
+  if told[state] then write_message(job, step.id, state, attempt, false) end
+end
 """
-"""Lua: ``write_webhook(state, attempt)``, for the prelude of the ledger's scripts."""
+"""Lua: ``write_webhook(state, attempt)`` and ``write_message``, for the ledger's scripts."""
 
 
 class Message(BaseModel):
-    """A job's end, to be told.
+    """The end of a job, or of a batch, to be told.
 
     It says little on purpose: the receiver asks the API for the rest, with a key of its own.
 
     Attributes:
         id: the same however often it is sent, so that a receiver knows what it has had.
         url: where to.
+        job: the id of the job, or of the batch.
+        batch: whether it is one.
         owner: the API key whose secret signs it; None for the installation's.
         at: when the job ended.
     """
@@ -66,6 +72,7 @@ class Message(BaseModel):
     owner: str | None
     labels: tuple[str, ...]
     at: datetime
+    batch: bool = False
 
     @classmethod
     def decoded(cls, text: str) -> Self:
@@ -90,15 +97,18 @@ class Message(BaseModel):
 
     def body(self) -> bytes:
         """The payload, in the form the Standard Webhooks specification recommends."""
-        document = {
-            "type": f"job.{self.state}",
-            "timestamp": self.at.isoformat(),
-            "data": {
-                "id": self.job,
+        data: dict[str, Any] = {"id": self.job, "labels": self.labels}
+        if self.batch:
+            data |= {"path": f"/v1/batches/{self.job}"}
+        else:
+            data |= {
                 "state": self.state,
                 "attempt": self.attempt,
-                "labels": self.labels,
                 "path": f"/v1/jobs/{self.job}",
-            },
+            }
+        document = {
+            "type": f"{'batch' if self.batch else 'job'}.{self.state}",
+            "timestamp": self.at.isoformat(),
+            "data": data,
         }
         return json.dumps(document, separators=(",", ":")).encode()

@@ -25,6 +25,12 @@ end
 
 local function place_of(job) return 'meshcone:project:' .. project_of(job) .. ':' end
 
+-- The key of the batch that a job belongs to; nil if it was sent by itself.
+local function batch_of(job)
+  local batch = redis.call('HGET', job, 'batch')
+  return batch and batch ~= 'null' and 'meshcone:batch:' .. cjson.decode(batch) or nil
+end
+
 -- A project has a file as long as jobs of it have, or somebody's lease on its upload lasts.
 local function own(job, digest, times)
   local files = place_of(job) .. 'blobs'
@@ -43,18 +49,8 @@ local function count_queued(id, state)
   end
 end
 
--- Puts a job where its project finds it, whatever version has made it or moved it since.
-local function find_a_place(id)
+local function place_in(to, id)
   local job = 'meshcone:job:' .. id
-  local state = redis.call('HGET', job, 'state')
-  if not state then return false end
-  local is_new = redis.call('HSETNX', job, 'project', '"{DEFAULT_PROJECT}"') == 1
-  local to = place_of(job)
-  if is_new then
-    for _, digest in ipairs(redis.call('SMEMBERS', job .. ':blobs')) do own(job, digest, 1) end
-  end
-  redis.call('SADD', '{PROJECTS}', project_of(job))
-  count_queued(id, state)
   redis.call('ZADD', to .. 'index:all', 0, id)
   for _, label in ipairs(cjson.decode(redis.call('HGET', job, 'labels') or '[]')) do
     redis.call('ZADD', to .. 'index:label:' .. label, 0, id)
@@ -63,6 +59,7 @@ local function find_a_place(id)
   if verdict and verdict ~= 'null' then
     redis.call('ZADD', to .. 'index:verdict:' .. cjson.decode(verdict), 0, id)
   end
+  local state = redis.call('HGET', job, 'state')
   for _, other in ipairs({{{_STATES}}}) do
     if other == state then
       redis.call('ZADD', to .. 'index:state:' .. state, 0, id)
@@ -78,6 +75,22 @@ local function find_a_place(id)
       redis.call('ZREM', to .. 'since:' .. each, id)
     end
   end
+end
+
+-- Puts a job where its project and its batch find it, whatever version has made or moved it.
+local function find_a_place(id)
+  local job = 'meshcone:job:' .. id
+  local state = redis.call('HGET', job, 'state')
+  if not state then return false end
+  local is_new = redis.call('HSETNX', job, 'project', '"{DEFAULT_PROJECT}"') == 1
+  if is_new then
+    for _, digest in ipairs(redis.call('SMEMBERS', job .. ':blobs')) do own(job, digest, 1) end
+  end
+  redis.call('SADD', '{PROJECTS}', project_of(job))
+  count_queued(id, state)
+  place_in(place_of(job), id)
+  local batch = batch_of(job)
+  if batch then place_in(batch .. ':', id) end
   return is_new
 end
 """

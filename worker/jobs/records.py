@@ -183,6 +183,8 @@ class JobRecord(_Frozen):
         outputs: where to put what it makes once it has succeeded, by the artifact's name.
         owner: id of the API key it was sent with; None if it was sent without.
         project: whose it is: only keys of the project learn that there is such a job.
+        name: what its sender calls it, where it is one of a batch.
+        batch: the batch it belongs to.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
@@ -216,6 +218,8 @@ class JobRecord(_Frozen):
     outputs: dict[OutputName, Output] = {}
     owner: str | None = None
     project: str = DEFAULT_PROJECT
+    name: str | None = None
+    batch: str | None = None
     context: dict[str, str] = {}
     progress: JobProgress | None = None
     error: JobError | None = None
@@ -245,6 +249,16 @@ class JobRecord(_Frozen):
     def has_ended(self) -> bool:
         """Whether its state is final."""
         return self.state in FINAL_STATES
+
+    def entry(self) -> dict[str, Any]:
+        """What the step is told that enters it in the ledger."""
+        return {
+            "id": self.id,
+            "fields": self.encoded(),
+            "labels": self.labels,
+            "digests": sorted({file.digest for file in self.stored_files}),
+            "incomplete": len(self.stored_files) < len(self.files),
+        }
 
     def encoded(self) -> dict[str, str]:
         """The record as the fields of a hash; what is not there is no field."""

@@ -22,6 +22,7 @@ from redis.exceptions import LockError, RedisError
 from meshcone.settings import load_settings
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.patience import OutageLog
+from worker.jobs.batches import Batches, carry_through
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
@@ -115,9 +116,16 @@ def main() -> None:
     ).start()
     heartbeats = Heartbeats(client, settings.heartbeat_timeout)
     reconciler = Reconciler(ledger, queue, heartbeats, settings.attempts)
+    batches = Batches(client)
+
+    def look() -> None:
+        for batch_id in batches.open():  # whoever accepted it may have died
+            carry_through(batch_id, batches, queue)
+        reconciler.reconcile()
+
     interval = settings.reconcile_interval
     turn = Turn(client, RECONCILER_LOCK, _LOCK_INTERVALS * interval)
-    every(interval, turn, reconciler.reconcile, reconciler.forget)
+    every(interval, turn, look, reconciler.forget)
 
 
 class UpkeepProcess:

@@ -20,6 +20,7 @@ from meshcone.notices import meaning_of
 SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 )
+_SCHEMES = ("https://", "http://", "s3://")  # of files that a service has fetched
 UNUSABLE = "unusable-file"  # rule of files that could not be read
 
 
@@ -27,6 +28,9 @@ def to_sarif(run: GateRun) -> bytes:
     """Write a run as a SARIF log; paths that are not absolute are under ``%SRCROOT%``."""
     rules = _rules(run.assets)
     ids = [rule["id"] for rule in rules]
+    # Each file once (3.14.15), in the order of the assets; several can be of one file.
+    files = list(dict.fromkeys(asset.source for asset in run.assets))
+    places = {file: index for index, file in enumerate(files)}
     log = {
         "$schema": SCHEMA,
         "version": "2.1.0",
@@ -38,13 +42,12 @@ def to_sarif(run: GateRun) -> bytes:
                 **({} if run.label is None else {"automationDetails": {"id": f"{run.label}/"}}),
                 "invocations": [_invocation(run)],
                 "artifacts": [
-                    {"location": _location(asset), "roles": ["analysisTarget"]}
-                    for asset in run.assets
+                    {"location": _location(file), "roles": ["analysisTarget"]} for file in files
                 ],
                 "results": [
                     result
-                    for index, asset in enumerate(run.assets)
-                    for result in _results(asset, index, ids)
+                    for asset in run.assets
+                    for result in _results(asset, places[asset.source], ids)
                 ],
                 "columnKind": "utf16CodeUnits",
             }
@@ -101,7 +104,7 @@ def _result(
     words: str,
     identity: str | None = None,
 ) -> dict[str, Any]:
-    location = {**_location(asset), "index": index}
+    location = {**_location(asset.source), "index": index}
     # A mesh has no lines, but viewers that know source files only show nothing without one.
     place = {"artifactLocation": location, "region": {"startLine": 1}}
     fingerprint = hashlib.sha256(f"{asset.name}\n{identity or rule}".encode()).hexdigest()
@@ -125,7 +128,7 @@ def _invocation(run: GateRun) -> dict[str, Any]:
         {
             "level": "error",
             "message": {"text": f"{asset.name}: {asset.error.message}"},
-            "locations": [{"physicalLocation": {"artifactLocation": _location(asset)}}],
+            "locations": [{"physicalLocation": {"artifactLocation": _location(asset.source)}}],
         }
         for asset in run.internal_errors()
         if asset.error is not None
@@ -140,8 +143,10 @@ def _is_unusable(asset: AssetResult) -> bool:
     return asset.error is not None and asset.error.kind != "internal"
 
 
-def _location(asset: AssetResult) -> dict[str, Any]:
-    path = PurePath(asset.source)
+def _location(source: str) -> dict[str, Any]:
+    if source.startswith(_SCHEMES):
+        return {"uri": source}
+    path = PurePath(source)
     if path.is_absolute():
         return {"uri": path.as_uri()}
     return {"uri": quote(path.as_posix()), "uriBaseId": "%SRCROOT%"}

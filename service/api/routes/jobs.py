@@ -111,7 +111,7 @@ def list_jobs(
     )
     index = context.ledger.index
     listing = index.page if order == "newest" else index.failures_first
-    page = listing(limit, cursor=_position(cursor, order), wanted=wanted)
+    page = listing(limit, cursor=position_of(cursor, order), wanted=wanted)
     following = None if page.cursor is None else cursor_after(page.cursor)
     return JobList(
         jobs=[ListedJob.of(record, context.settings.result_ttl) for record in page.jobs],
@@ -158,7 +158,7 @@ def delete_jobs(
     Those that are queued or running stay: cancel them first.
     """
     wanted = JobFilter(labels=frozenset(label), project=sender.view)
-    page = context.ledger.index.page(limit, cursor=_position(cursor), wanted=wanted)
+    page = context.ledger.index.page(limit, cursor=position_of(cursor), wanted=wanted)
     deleted = not_finished = 0
     for record in page.jobs:
         try:
@@ -193,7 +193,7 @@ def delete_job(record: FoundJob, context: ContextDependency, later: BackgroundTa
     later.add_task(context.blobs.remove, unneeded)
 
 
-def _position(cursor: str | None, order: Order = "newest") -> str | None:
+def position_of(cursor: str | None, order: Order = "newest") -> str | None:
     """The place after which a page begins.
 
     Raises:

@@ -104,7 +104,7 @@ def _after_wait(job_id: str, context: Context) -> JobRecord:
 async def _accept(
     form: SubmittedForm, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
-    require_signable(form, sender, context)
+    require_signable(form.webhook, sender, context)
     submission = await run_in_threadpool(gather, form, sender, context)
     if claim is not None:
         made = await run_in_threadpool(made_before, submission, claim, context)

@@ -97,8 +97,8 @@ def submission_of(
         **resources,
         options=parsed,
         options_as_sent=sent,
-        labels=_labels(labels),
-        webhook=_webhook(webhook, settings),
+        labels=labels_of(labels),
+        webhook=webhook_of(webhook, settings),
         outputs={name: _output(name, place, settings) for name, place in outputs.items()},
     )
 
@@ -197,7 +197,8 @@ def _require_alone(options: Options, resources: tuple[AnyFile, ...]) -> None:
         raise InputError("form field 'reference_resources' is sent without a 'reference'")
 
 
-def _webhook(sent: str | None, settings: ServiceSettings) -> str | None:
+def webhook_of(sent: str | None, settings: ServiceSettings) -> str | None:
+    """A webhook's URL, if one was sent; an :class:`InputError` if it cannot be used."""
     if not sent:
         return None
     return require_url(sent, "the webhook", private_addresses=settings.webhook_private_addresses)
@@ -208,7 +209,12 @@ def _output(name: str, place: OutputPlace, settings: ServiceSettings) -> Output:
     return Output(url=place.url, authorization=place.authorization)
 
 
-def _labels(sent: Iterable[str]) -> tuple[str, ...]:
+def labels_of(sent: Iterable[str]) -> tuple[str, ...]:
+    """Labels that can be used, each once; empty ones are left out.
+
+    Raises:
+        InputError, LimitError: one of them, or their number, is too long.
+    """
     labels = [label for label in sent if label != ""]
     if len(labels) > MAX_LABELS:
         raise LimitError(f"{len(labels)} labels are more than the {MAX_LABELS} accepted here")

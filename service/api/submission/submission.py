@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,6 +19,7 @@ from meshcone.errors import InputError
 from meshcone.options import OPTIONS_VERSION, Options
 from service.api.checking.checks import MeshFiles
 from service.api.context import Context
+from service.api.schemas import NamedBlob
 from service.api.submission.parts import AnyFile, SubmittedForm, Upload
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.idempotency import BoundKey, Claim
@@ -121,6 +122,28 @@ class Submission:
         """Whether none of its files has still to be fetched."""
         return not any(isinstance(each.file, RemoteFile) for each in self.files)
 
+    def record(self, sender: Sender) -> JobRecord:
+        """The job that the ledger is to know."""
+        return JobRecord(
+            id=self.job_id,
+            created=datetime.now(UTC),
+            labels=self.labels,
+            source=self.source.file,
+            reference=self.reference and self.reference.file,
+            source_resources=tuple(each.file for each in self.source_resources),
+            reference_resources=tuple(each.file for each in self.reference_resources),
+            resources=tuple(each.file for each in self.resources),
+            progress=None if self.is_complete else JobProgress.fetching(),
+            mode=self.options.mode,
+            options=self.options_as_sent,
+            options_version=OPTIONS_VERSION,
+            webhook=self.webhook,
+            outputs=dict(self.outputs),
+            owner=sender.owner,
+            project=sender.project,
+            context=sender.context,
+        )
+
     def fingerprint(self) -> str:
         """A digest that is the same for the same request, and for no other."""
         document: dict[str, Any] = {
@@ -150,19 +173,20 @@ def gather(form: SubmittedForm, sender: Sender, context: Context) -> Submission:
             longer there.
     """
     job_id = new_job_id()
+    return gathered(form, job_id, lambda file: _incoming(file, job_id, sender, context))
 
-    def all_of(files: tuple[AnyFile, ...]) -> tuple[IncomingFile, ...]:
-        return tuple(_incoming(file, job_id, sender, context) for file in files)
 
+def gathered(
+    form: SubmittedForm, job_id: str, found: Callable[[AnyFile], IncomingFile]
+) -> Submission:
+    """A submission whose files are what ``found`` says; what that raises is raised."""
     return Submission(
         job_id=job_id,
-        source=_incoming(form.source, job_id, sender, context),
-        reference=None
-        if form.reference is None
-        else _incoming(form.reference, job_id, sender, context),
-        source_resources=all_of(form.source_resources),
-        reference_resources=all_of(form.reference_resources),
-        resources=all_of(form.resources),
+        source=found(form.source),
+        reference=None if form.reference is None else found(form.reference),
+        source_resources=tuple(map(found, form.source_resources)),
+        reference_resources=tuple(map(found, form.reference_resources)),
+        resources=tuple(map(found, form.resources)),
         options=form.options,
         options_as_sent=form.options_as_sent,
         labels=form.labels,
@@ -171,14 +195,14 @@ def gather(form: SubmittedForm, sender: Sender, context: Context) -> Submission:
     )
 
 
-def require_signable(form: SubmittedForm, sender: Sender, context: Context) -> None:
+def require_signable(webhook: str | None, sender: Sender, context: Context) -> None:
     """Refuse a webhook that could not be signed.
 
     Raises:
         InputError: neither the sender nor the installation has a secret for it.
     """
     has_secret = sender.key is not None or context.settings.webhook_secret is not None
-    if form.webhook is not None and not has_secret:
+    if webhook is not None and not has_secret:
         raise InputError(
             "there is nothing to sign the webhook with: send the job with an API key, "
             "or have MESHCONE_WEBHOOK_SECRET set"
@@ -221,7 +245,7 @@ def made_before(submission: Submission, claim: Claim, context: Context) -> JobRe
     if claim.job_id is None:
         return None
     if claim.fingerprint != submission.fingerprint():
-        raise _key_reused()
+        raise key_reused()
     return _known(claim.job_id, context)
 
 
@@ -237,25 +261,7 @@ def accept(
         ProblemError: the queue is full, the sender's quota is used up, or another request
             has used the key.
     """
-    record = JobRecord(
-        id=submission.job_id,
-        created=datetime.now(UTC),
-        labels=submission.labels,
-        source=submission.source.file,
-        reference=submission.reference and submission.reference.file,
-        source_resources=tuple(each.file for each in submission.source_resources),
-        reference_resources=tuple(each.file for each in submission.reference_resources),
-        resources=tuple(each.file for each in submission.resources),
-        progress=None if submission.is_complete else JobProgress.fetching(),
-        mode=submission.options.mode,
-        options=submission.options_as_sent,
-        options_version=OPTIONS_VERSION,
-        webhook=submission.webhook,
-        outputs=dict(submission.outputs),
-        owner=sender.owner,
-        project=sender.project,
-        context=sender.context,
-    )
+    record = submission.record(sender)
     if sender.key is None:
         return _enter(record, submission, claim, sender, context)
     context.quotas.reserve(sender.key, record.id, submission.size)
@@ -288,7 +294,7 @@ def _enter(
     except QueueFullError:
         raise queue_full() from None
     except KeyReusedError:
-        raise _key_reused() from None
+        raise key_reused() from None
     if job_id != record.id:
         return _known(job_id, context)
     if not submission.is_complete:
@@ -314,6 +320,16 @@ def _incoming(file: AnyFile, job_id: str, sender: Sender, context: Context) -> I
     if isinstance(file, Upload):
         stored = StoredFile(name=file.name, digest=digest_of(file.file), size=file.size)
         return IncomingFile(stored, file)
+    size = size_of_blob(file, job_id, sender, context)
+    return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size))
+
+
+def size_of_blob(file: NamedBlob, holder: str, sender: Sender, context: Context) -> int:
+    """Bytes of a file that was sent before, which is kept for a holder from now on.
+
+    Raises:
+        InputError: the sender's project has not sent it, or it is no longer there.
+    """
     unknown = InputError(
         f"there is no file with the SHA-256 {file.sha256}; send it first, "
         f"by PUT /v1/blobs/{file.sha256}",
@@ -322,12 +338,11 @@ def _incoming(file: AnyFile, job_id: str, sender: Sender, context: Context) -> I
     if not context.register.is_had(file.sha256, sender.view):
         raise unknown
     # Leased before it is looked for: what is found then stays.
-    context.register.lease({file.sha256}, job_id)
+    context.register.lease({file.sha256}, holder)
     try:
-        size = context.blobs.size(file.sha256)
+        return context.blobs.size(file.sha256)
     except (FileNotFoundError, DamagedFileError):
         raise unknown from None
-    return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size))
 
 
 def _known(job_id: str, context: Context) -> JobRecord:
@@ -339,7 +354,8 @@ def _known(job_id: str, context: Context) -> JobRecord:
         ) from None
 
 
-def _key_reused() -> ProblemError:
+def key_reused() -> ProblemError:
+    """What to raise where a key belongs to another request."""
     return ProblemError(
         problem("key-reused", "this Idempotency-Key belongs to a request with other content")
     )

@@ -112,6 +112,27 @@ def test_a_file_elsewhere_has_an_absolute_address() -> None:
     assert run_of(run)["artifacts"][0]["location"] == {"uri": "file:///assets/a%20b.obj"}
 
 
+def test_a_file_that_was_fetched_has_the_address_it_was_fetched_from() -> None:
+    run = GateRun.of([asset("mug", check("pass"), source="s3://assets/mug.glb")])
+
+    [file] = run_of(run)["artifacts"]
+
+    assert file["location"] == {"uri": "s3://assets/mug.glb"}
+
+
+def test_a_file_of_several_assets_is_listed_once() -> None:
+    pair = [asset(name, check("fail"), source="mug.glb") for name in ("a", "b")]
+
+    run = run_of(GateRun.of(pair))
+
+    VALIDATOR.validate(json.loads(to_sarif(GateRun.of(pair))))
+    assert len(run["artifacts"]) == 1
+    assert [
+        result["locations"][0]["physicalLocation"]["artifactLocation"]["index"]
+        for result in run["results"]
+    ] == [0, 0]
+
+
 def test_a_file_that_could_not_be_used_is_a_finding_about_it() -> None:
     result = results(MIXED)["cut\x0b.glb", UNUSABLE]
 

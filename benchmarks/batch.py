@@ -1,0 +1,225 @@
+"""Batches by URL, of two keys, while workers are killed: what is lost, held and delayed.
+
+Starts a service of its own with two workers and a file server. One key sends most of the pairs as
+one batch, the other a smaller batch after it. Printed are the jobs by how they ended, the memory
+of the API, and how the two keys' jobs alternated while both had some waiting. The exit code is 1 if
+a job was lost or failed.
+
+    python benchmarks/batch.py 10000 --kills 10
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import secrets
+import signal
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from service_load import resident
+
+from service.access.keys import KeyStore
+from service.client import Client
+from service.stack import Stack
+from worker.broker.connections import connect_text
+from worker.settings import WorkerSettings
+
+MEBIBYTE = 2**20
+_SHARE = 5  # one pair in so many is the second key's
+_OPTIONS = {"mode": "measure", "audit": False, "quality": {"samples": 16, "emd_samples": 16}}
+_TINY = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+_LOOK_INTERVAL = 1.0  # seconds
+_LONGEST = 6 * 3600.0  # seconds
+
+
+@dataclass
+class Findings:
+    """What came of a run.
+
+    Attributes:
+        accepted: seconds until each batch was answered with 202.
+        memory: bytes of the API: before, after each batch was accepted, and at each look after.
+        states: jobs by how they ended.
+        attempts: how often jobs were started, all together.
+        runs: lengths of what one key had begun in a row while both had jobs waiting.
+    """
+
+    accepted: list[float] = field(default_factory=list)
+    memory: list[int] = field(default_factory=list)
+    states: Counter[str] = field(default_factory=Counter)
+    attempts: int = 0
+    kills: int = 0
+    seconds: float = 0.0
+    runs: list[int] = field(default_factory=list)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run it and print a table; exit code 1 if anything was lost."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("pairs", type=int, nargs="?", default=1000)
+    parser.add_argument("--kills", type=int, default=10, help="workers to kill on the way")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args(argv)
+    os.environ |= {
+        "MESHCONE_REQUIRE_KEYS": "always",
+        "MESHCONE_TRANSFER_PRIVATE_ADDRESSES": "true",
+        "MESHCONE_KEY_REQUESTS_PER_MINUTE": "0",
+    }
+    with tempfile.TemporaryDirectory(prefix="meshcone-benchmark-") as name, files() as url:
+        settings = WorkerSettings(data_dir=Path(name))
+        with Stack(settings, workers=arguments.workers, log=Path(name) / "log") as stack:
+            found = measure(stack, url, arguments)
+    print_findings(found, arguments.pairs, Console(width=None if sys.stdout.isatty() else 100))
+    return 0 if found.states == Counter(succeeded=arguments.pairs) else 1
+
+
+@contextmanager
+def files() -> Iterator[str]:
+    """A server of this machine that has a tiny mesh under every name."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(_TINY)))
+            self.end_headers()
+            self.wfile.write(_TINY)
+
+        def log_message(self, *_arguments: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        server.daemon_threads = True
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def measure(stack: Stack, url: str, arguments: argparse.Namespace) -> Findings:
+    """Send both batches, kill workers while they are worked through, and look at every job."""
+    luck, found = random.Random(arguments.seed), Findings()  # noqa: S311 - nothing secret
+    api = stack.pids()["API"]
+    found.memory.append(resident(api))
+    with connect_text(stack.redis_url) as redis:
+        tokens = [KeyStore(redis).create(name, ["submit", "read"]).token for name in "ab"]
+    second = arguments.pairs // _SHARE
+    with Client(stack.url, api_key=tokens[0]) as first, Client(stack.url, api_key=tokens[1]) as b:
+        clients = [first, b]
+        started = time.monotonic()
+        ids = []
+        for client, count in zip(clients, (arguments.pairs - second, second), strict=True):
+            ids.append(send(client, count, url, found))
+            found.memory.append(resident(api))
+        kill_at = [
+            arguments.pairs * (number + 1) // (arguments.kills + 1)
+            for number in range(arguments.kills)
+        ]
+        while True:
+            stack.restart_ended()
+            batches = [client.batch(batch) for client, batch in zip(clients, ids, strict=True)]
+            ended = sum(
+                batch.counts[state]
+                for batch in batches
+                for state in ("succeeded", "failed", "canceled")
+            )
+            found.memory.append(resident(api))
+            if kill_at and ended >= kill_at[0]:
+                kill_at.pop(0)
+                found.kills += kill_one(stack, luck)
+            if all(batch.state == "finished" for batch in batches):
+                break
+            if time.monotonic() - started > _LONGEST:
+                break
+            time.sleep(_LOOK_INTERVAL)
+        found.seconds = time.monotonic() - started
+        look_at_jobs(clients, ids, found)
+    return found
+
+
+def send(client: Client, count: int, url: str, found: Findings) -> str:
+    """Send a batch of so many pairs, each of a file of its own name; its id."""
+    pairs: list[dict[str, Any]] = [
+        {
+            "name": f"pair-{number}",
+            "source": {"url": f"{url}/{secrets.token_hex(4)}.obj"},
+            "reference": {"url": f"{url}/reference.obj"},
+        }
+        for number in range(count)
+    ]
+    began = time.monotonic()
+    batch = client.submit_batch(pairs, {"options": _OPTIONS})
+    found.accepted.append(time.monotonic() - began)
+    return batch.id
+
+
+def kill_one(stack: Stack, luck: random.Random) -> int:
+    """Kill one of the workers that the stack has started; how many that were."""
+    pids = stack.worker_pids()
+    if not pids:
+        return 0
+    with suppress(ProcessLookupError):  # it has just ended by itself
+        os.kill(luck.choice(pids), signal.SIGKILL)
+        return 1
+    return 0
+
+
+def look_at_jobs(clients: Sequence[Client], ids: Sequence[str], found: Findings) -> None:
+    """Count the jobs, and how long one key's were begun in a row while the other's waited."""
+    begun = []
+    for key, (client, batch) in enumerate(zip(clients, ids, strict=True)):
+        for job in client.batch_jobs(batch):
+            found.states[job.state] += 1
+            found.attempts += job.attempt
+            if job.started is not None:
+                begun.append((job.started, key))
+    order = [key for _, key in sorted(begun)]
+    last = min(
+        max((place for place, key in enumerate(order) if key == each), default=-1)
+        for each in range(len(clients))
+    )
+    first = order.index(1) if 1 in order else 0
+    length = 0
+    for place in range(first, last + 1):
+        length += 1
+        if place == last or order[place] != order[place + 1]:
+            found.runs.append(length)
+            length = 0
+
+
+def print_findings(found: Findings, pairs: int, console: Console) -> None:
+    """Print what was found."""
+    table = Table(title=f"{pairs:,} pairs by URL, two keys, {found.kills} workers killed")
+    table.add_column("what")
+    table.add_column("found", justify="right")
+    table.add_row("jobs by how they ended", str(dict(found.states)))
+    table.add_row("lost", str(pairs - sum(found.states.values())))
+    table.add_row("starts beyond the first of a job", str(found.attempts - pairs))
+    table.add_row("seconds to 202, each batch", ", ".join(f"{each:.1f}" for each in found.accepted))
+    table.add_row("jobs a second", f"{pairs / found.seconds:.1f}")
+    memory = [each / MEBIBYTE for each in found.memory]
+    table.add_row("API, MiB before", f"{memory[0]:.0f}")
+    table.add_row("API, MiB once both are accepted", f"{memory[2]:.0f}")
+    table.add_row("API, MiB at most", f"{max(memory):.0f}")
+    table.add_row("API, MiB at the end", f"{memory[-1]:.0f}")
+    if found.runs:
+        mean = sum(found.runs) / len(found.runs)
+        table.add_row("jobs of one key in a row: mean", f"{mean:.2f}")
+        table.add_row("jobs of one key in a row: most", str(max(found.runs)))
+    console.print(table)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

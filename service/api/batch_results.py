@@ -1,0 +1,91 @@
+"""The verdicts of a batch, put together from the reports of its jobs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from functools import partial
+
+from meshcone.gates.results import AssetError, AssetResult, GateRun, Judgement
+from service.api.context import Context
+from service.problems import ProblemError, problem
+from worker.jobs.batches import BatchRecord
+from worker.jobs.ledger import UnknownJobError
+from worker.jobs.records import JobFile, JobRecord, RemoteFile
+from worker.storage.errors import DamagedFileError
+
+_READ_AT_ONCE = 8  # reports; a bucket takes its time for each
+
+
+def result_of(batch: BatchRecord, context: Context) -> GateRun:
+    """What came of each pair of a batch that has finished, in the order in which they were sent.
+
+    Jobs that were deleted are left out.
+
+    Raises:
+        ProblemError: there are none any more.
+    """
+    with ThreadPoolExecutor(_READ_AT_ONCE) as readers:
+        ids = context.batches.job_ids(batch.id)
+        found = readers.map(partial(_asset, context=context), ids)
+        assets = [asset for asset in found if asset is not None]
+    if not assets:
+        raise ProblemError(problem("gone", "the batch has no jobs any more"))
+    return GateRun.of(assets, batch.name)
+
+
+def _asset(job_id: str, context: Context) -> AssetResult | None:
+    try:
+        job = context.ledger.get(job_id)
+    except UnknownJobError:
+        return None
+    judgement, error = None, _why_none(job)
+    if error is None:
+        judgement = _judgement(job, context)
+        if judgement is None:
+            error = AssetError(kind="internal", message=f"{_name(job)}: its report has expired")
+    return AssetResult(
+        name=_name(job),
+        source=_place(job.source),
+        reference=None if job.reference is None else _place(job.reference),
+        seconds=0.0 if job.summary is None else job.summary.seconds,
+        error=error,
+        **({} if judgement is None else judgement.fields()),
+    )
+
+
+def _judgement(job: JobRecord, context: Context) -> Judgement | None:
+    if job.expired is None:
+        with suppress(FileNotFoundError, DamagedFileError):
+            report = json.loads(context.blobs.get(job.artifacts["report"].digest))
+            return Judgement.of(report)
+    return None
+
+
+def _why_none(job: JobRecord) -> AssetError | None:
+    if job.error is not None:
+        return AssetError(kind=job.error.kind, message=" ".join(_words(job)))
+    if job.state != "succeeded":
+        return AssetError(kind="input", message=f"{_name(job)}: the job was canceled")
+    return None
+
+
+def _words(job: JobRecord) -> Iterator[str]:
+    if job.error is not None:
+        for part in (job.error.file, job.error.place):
+            if part is not None:
+                yield f"{part}:"
+        yield job.error.message
+
+
+def _name(job: JobRecord) -> str:
+    return job.source.name if job.name is None else job.name
+
+
+def _place(file: JobFile) -> str:
+    """Where it was, without what may be a secret; the name of one that was sent."""
+    if isinstance(file, RemoteFile) or file.origin is not None:
+        return str(file.origin)
+    return file.name

@@ -1,0 +1,239 @@
+"""The JSON document of a batch, read a pair at a time.
+
+Of a document with ten thousand pairs, one is in memory at a time; the rest is in a temporary file.
+"""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import IO, Any
+
+from pydantic import ValidationError
+
+from meshcone.errors import InputError, LimitError, MeshConeError
+from meshcone.suggestions import first_cause, in_words
+from service.api.batch_schemas import NAME_LENGTH, BatchHeader
+from service.api.submission.document import DOCUMENT_BYTES, submission_in
+from service.api.submission.parts import SubmittedForm
+from service.settings import ServiceSettings
+
+_READ_AT_ONCE = 64 * 1024  # bytes
+_PAIRS = "pairs"
+_SPACE = " \t\n\r"
+
+
+class BatchDocument:
+    """A batch as it was sent.
+
+    Attributes:
+        header: what its pairs have in common.
+        count: how many pairs it has.
+        fingerprint: the same for the same content, and for no other.
+
+    Args:
+        file: the document, read from its beginning, time and again.
+        settings: how many pairs it may have, and where files may be.
+
+    Raises:
+        InputError: it is no batch.
+        LimitError: it has too many pairs, or one is too long.
+    """
+
+    def __init__(self, file: IO[bytes], settings: ServiceSettings) -> None:
+        self._file = file
+        self._settings = settings
+        fields: dict[str, Any] = {}
+        digest, self.count = hashlib.sha256(), 0
+        for name, value in _members(file):
+            if name == _PAIRS:
+                digest.update(_canonical(value))
+                self.count += 1
+            else:
+                fields[name] = value
+            if self.count > settings.batch_pairs:
+                raise LimitError(
+                    f"the batch has more than the {settings.batch_pairs} pairs accepted here "
+                    "(MESHCONE_BATCH_PAIRS)"
+                )
+        if not self.count:
+            raise InputError("field 'pairs': send a list with a pair at least")
+        self.header = _header(fields)
+        digest.update(_canonical(fields))
+        self.fingerprint = digest.hexdigest()
+
+    def pairs(self) -> Iterator[tuple[str | None, SubmittedForm]]:
+        """Each pair: what it is called, and the job that it describes.
+
+        Raises:
+            InputError: one cannot be used; it says which.
+            LimitError: one has too much of something.
+        """
+        values = (value for name, value in _members(self._file) if name == _PAIRS)
+        for index, value in enumerate(values):
+            with naming_pair(index):
+                pair = self._pair(value)
+            yield pair
+
+    def _pair(self, value: Any) -> tuple[str | None, SubmittedForm]:
+        if not isinstance(value, dict):
+            raise InputError("a pair is a JSON object")
+        own, header = dict(value), self.header
+        name = own.pop("name", None)
+        if name is not None and not (isinstance(name, str) and 0 < len(name) <= NAME_LENGTH):
+            raise InputError(f"field 'name': must be a text of up to {NAME_LENGTH} characters")
+        options, labels = own.get("options", {}), own.get("labels", [])
+        if isinstance(options, dict):  # else what is wrong with it is said below
+            common = header.options
+            if header.gates is not None:
+                common = {**common, "gates": header.gates}
+            own["options"] = _merged(common, options)
+        if isinstance(labels, list):
+            own["labels"] = [*header.labels, *labels]
+        return name, submission_in(own, self._settings)
+
+
+@contextmanager
+def naming_pair(index: int) -> Iterator[None]:
+    """Have an error about a pair of a batch say which one it is about."""
+    try:
+        yield
+    except MeshConeError as error:
+        raise type(error)(f"pairs[{index}]: {error.message}", file=error.file) from None
+
+
+def _header(fields: Mapping[str, Any]) -> BatchHeader:
+    try:
+        header = BatchHeader.model_validate(fields)
+    except ValidationError as error:
+        cause = first_cause(error)
+        path = ".".join(str(part) for part in cause["loc"])
+        if cause["type"] == "extra_forbidden":
+            known = ", ".join((*BatchHeader.model_fields, _PAIRS))
+            raise InputError(f"unknown field '{path}'; the fields are {known}") from None
+        raise InputError(
+            f"field '{path}': {in_words(cause)}" if path else in_words(cause)
+        ) from None
+    if header.gates is not None and "gates" in header.options:
+        raise InputError("the batch has 'gates' and options with 'gates': leave one of them out")
+    return header
+
+
+def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a pair over those of all; sections are merged, gates are replaced as a whole."""
+    merged = {**common, **own}
+    for name in common.keys() & own.keys() - {"gates"}:
+        if isinstance(common[name], dict) and isinstance(own[name], dict):
+            merged[name] = _merged(common[name], own[name])
+    return merged
+
+
+def _canonical(value: Any) -> bytes:
+    try:
+        return json.dumps(value, sort_keys=True).encode() + b"\n"
+    except RecursionError:
+        raise InputError("the request is nested too deeply") from None
+
+
+def _members(file: IO[bytes]) -> Iterator[tuple[str, Any]]:
+    """The members of the object in a file; of `pairs` each element, as a member of that name."""
+    file.seek(0)
+    text = _Text(file)
+    text.expect("{")
+    seen = set()
+    closes = text.skip("}")
+    while not closes:
+        name = text.value()
+        if not isinstance(name, str):
+            raise _no_json()
+        if name in seen:
+            raise InputError(f"field '{name}' is there twice")
+        seen.add(name)
+        text.expect(":")
+        if name == _PAIRS and text.skip("["):
+            ends = text.skip("]")
+            while not ends:
+                yield name, text.value()
+                ends = text.skip("]")
+                if not ends:
+                    text.expect(",")
+        elif name == _PAIRS:
+            raise InputError("field 'pairs': send a list with a pair at least")
+        else:
+            yield name, text.value()
+        closes = text.skip("}")
+        if not closes:
+            text.expect(",")
+    text.expect_end()
+
+
+class _Text:
+    """A JSON text, of which a part is in memory at a time."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self._decoder = codecs.getincrementaldecoder("utf-8")()
+        self._json = json.JSONDecoder()
+        self._text, self._at, self._ended = "", 0, False
+
+    def skip(self, character: str) -> bool:
+        """Whether this character is next; it is passed then."""
+        if self._next() != character:
+            return False
+        self._at += 1
+        return True
+
+    def expect(self, character: str) -> None:
+        """Pass a character that has to be next."""
+        if not self.skip(character):
+            raise _no_json()
+
+    def expect_end(self) -> None:
+        """Refuse whatever follows."""
+        if self._next():
+            raise _no_json()
+
+    def value(self) -> Any:
+        """The value that is next."""
+        self._next()
+        while True:
+            try:
+                value, end = self._json.raw_decode(self._text, self._at)
+            except (ValueError, RecursionError):
+                end = None
+            # What ends with the part that is here could go on, as a number does.
+            if end is not None and (self._ended or end < len(self._text)):
+                self._at = end
+                return value
+            if self._ended:
+                raise _no_json()
+            if len(self._text) - self._at > DOCUMENT_BYTES:
+                raise LimitError(f"a pair is longer than the {DOCUMENT_BYTES} bytes accepted here")
+            self._read(len(self._text) - self._at)
+
+    def _next(self) -> str:
+        while True:
+            while self._at < len(self._text) and self._text[self._at] in _SPACE:
+                self._at += 1
+            if self._at < len(self._text):
+                return self._text[self._at]
+            if self._ended:
+                return ""
+            self._read(0)
+
+    def _read(self, least: int) -> None:
+        """Have more of the text; as much again as is here, so that a long value is soon whole."""
+        data = self._file.read(max(_READ_AT_ONCE, least))
+        self._ended = not data
+        try:
+            more = self._decoder.decode(data, final=self._ended)
+        except UnicodeDecodeError:
+            raise InputError("the request is not UTF-8") from None
+        self._text, self._at = self._text[self._at :] + more, 0
+
+
+def _no_json() -> InputError:
+    return InputError("the request is not a JSON object of a batch")

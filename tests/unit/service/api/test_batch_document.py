@@ -1,0 +1,113 @@
+"""A batch's document, read a pair at a time."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import IO, Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from meshcone.errors import InputError, LimitError
+from service.api.submission.batch_document import BatchDocument
+from service.settings import ServiceSettings
+
+SETTINGS = ServiceSettings()
+PAIR = {
+    "source": {"url": "https://assets.example.org/mug.glb"},
+    "reference": {"url": "https://assets.example.org/scan.glb"},
+}
+SPACE = st.text(" \n\t\r", max_size=3)
+
+
+class Trickle(io.BytesIO):
+    """A file that gives a few bytes at a time, however many are asked for."""
+
+    def read(self, size: int | None = -1, /) -> bytes:  # noqa: ARG002
+        return super().read(3)
+
+
+def document(text: str | bytes, kind: type[io.BytesIO] = io.BytesIO) -> BatchDocument:
+    file: IO[bytes] = kind(text.encode() if isinstance(text, str) else text)
+    return BatchDocument(file, SETTINGS)
+
+
+def names(found: BatchDocument) -> list[str | None]:
+    return [name for name, _ in found.pairs()]
+
+
+@given(
+    st.lists(st.text(min_size=1, max_size=20), min_size=1, max_size=5),
+    st.booleans(),
+    SPACE,
+    st.booleans(),
+)
+def test_every_pair_is_read_whatever_the_spelling(
+    given_names: list[str], pairs_first: bool, space: str, ascii_only: bool
+) -> None:
+    pairs = [{**PAIR, "name": name} for name in given_names]
+    parts: list[tuple[str, Any]] = [("labels", ["a"]), ("pairs", pairs)]
+    content = dict(reversed(parts) if pairs_first else parts)
+    text = json.dumps(content, ensure_ascii=ascii_only, separators=(f",{space}", f"{space}:"))
+
+    found = document(f"{space}{text}{space}".encode("utf-8", "surrogatepass"), Trickle)
+
+    assert names(found) == given_names
+    assert found.count == len(given_names)
+    assert found.header.labels == ("a",)
+
+
+@given(st.integers(0, 200))
+def test_a_text_that_is_cut_short_is_refused(length: int) -> None:
+    text = json.dumps({"name": "night", "pairs": [{**PAIR, "name": "mug"}]})
+
+    with pytest.raises(InputError):
+        document(text[: min(length, len(text) - 1)])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"pairs": [1,]}',
+        '{"pairs": [1] "name": "a"}',
+        '{"pairs": [1]} x',
+        "{1: 2}",
+        '{"pairs": [1], "pairs": [2]}',
+        '{"pairs": [' + "[" * 100_000,
+        b'{"name": "\xff", "pairs": [1]}',
+        "",
+    ],
+)
+def test_what_is_no_such_json_is_refused(text: str | bytes) -> None:
+    with pytest.raises(InputError):
+        document(text)
+
+
+def test_a_pair_that_is_too_long_is_refused_before_it_is_read_whole() -> None:
+    class Endless(io.BytesIO):
+        given = 0
+
+        def read(self, size: int | None = -1, /) -> bytes:
+            if self.given == 0:
+                self.given = 1
+                return b'{"pairs": ["'
+            self.given += size or 0
+            return b"a" * (size or 0)
+
+    file = Endless()
+    with pytest.raises(LimitError, match="a pair is longer"):
+        BatchDocument(file, SETTINGS)
+
+    assert file.given < 4 * 1024 * 1024
+
+
+def test_the_fingerprint_is_of_the_content_and_not_of_its_spelling() -> None:
+    first = document(json.dumps({"name": "a", "pairs": [PAIR, {**PAIR, "name": "b"}]}))
+    respelled = document(
+        json.dumps({"pairs": [PAIR, {"name": "b", **PAIR}], "name": "a"}, indent=1)
+    )
+    turned = document(json.dumps({"name": "a", "pairs": [{**PAIR, "name": "b"}, PAIR]}))
+
+    assert first.fingerprint == respelled.fingerprint != turned.fingerprint
