@@ -75,6 +75,14 @@ class Paint:
         return self.has_colour and self._pictures.keys() <= self._decoded.keys()
 
     @property
+    def varies(self) -> bool:
+        """Whether a triangle may have more than one colour."""
+        return any(
+            "COLOR_0" in draw.attributes or _texture(material) is not None
+            for draw, material in self._drawn
+        )
+
+    @property
     def why_unknown(self) -> str | None:
         """Why colours that were asked for are not known; None if all of them are."""
         if not self._faults:
@@ -95,6 +103,29 @@ class Paint:
         found = self._colours(faces, weights)
         ends = np.cumsum([len(each.faces) for each in spots])
         return np.split(found, ends[:-1])
+
+    def coordinates(self, faces: Ints) -> Floats | None:
+        """Where the corners (k, 3, 2) of faces are in the texture of their colour, as stored.
+
+        Without one, by the first set of coordinates; 0 without any. None where no face has some.
+        """
+        rows = self._asset.kept[faces]
+        owners, places = self._places
+        found = np.zeros((len(faces), 3, 2))
+        known = False
+        for number in np.unique(owners[rows]):
+            draw, material = self._drawn[number]
+            use = _texture(material)
+            attribute = draw.attributes.get(f"TEXCOORD_{use.uv_set if use is not None else 0}")
+            if attribute is None:
+                continue
+            known = True
+            here = np.flatnonzero(owners[rows] == number)
+            corners = attribute.corners[places[rows[here]]]
+            values = attribute.read(np.maximum(corners.ravel(), 0)).reshape(len(here), 3, -1)
+            there = (corners >= 0)[..., None] & np.isfinite(values[..., :2])
+            found[here] = np.where(there, values[..., :2], 0)
+        return found if known else None
 
     def _colours(self, faces: Ints, weights: Floats) -> Floats:
         rows = self._asset.kept[faces]

@@ -179,6 +179,8 @@ class Scorer:
             reference=_seen(_surface(self._reference, self._judged), self._judged.mesh),
             tension=tension,
             paints=self._paints,
+            parts=self._partitions,
+            closed=self._closed,
         )
 
     @property

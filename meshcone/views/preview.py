@@ -2,126 +2,165 @@
 
 It has a node for each of ``input``, ``refined`` and ``reference``, in the frame, so that single
 precision is enough wherever the model lies. Vertices carry attributes of our own (glTF 2.0,
-section 3.7.2.1, lets them begin with an underscore): ``_DEVIATION``, and ``_TENSION`` where
-there are multipliers. ``asset.extras`` leads back to model units.
+section 3.7.2.1, lets them begin with an underscore): ``_DEVIATION``; ``_SIGNED``, which is
+negative inside a reference that has an inside; ``_TENSION`` where there are multipliers.
+``asset.extras`` leads back to model units.
+
+``extras`` of a mesh have what belongs to its triangles: ``parts``, each with a name, the first of
+its triangles and their number; ``skin``, the image of all its colours and an accessor of the
+texels (column, row) of every corner; ``uv``, an accessor of every corner's texture coordinates
+between ``low`` and ``high``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import Any
 
-import fast_simplification
 import numpy as np
-from numpy.typing import NDArray
 
+from meshcone.appearance.paint import Paint
 from meshcone.assets.gltf.builder import GlbBuilder
+from meshcone.quality.directions import inside
+from meshcone.quality.parts import Partition
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, Ints
+from meshcone.views.light import simplified
 from meshcone.views.scene import Scene, Surface
+from meshcone.views.skin import Origin, skin_of
 
 PREVIEW_FACES = 100_000
-
-_Number = TypeVar("_Number", np.float64, np.int64)
+_TEXELS = 10  # of the skin for each triangle that a preview may have
+_STEPS = np.iinfo(np.uint16).max
 
 
 def preview_glb(scene: Scene, most_faces: int = PREVIEW_FACES) -> bytes:
     """Write a scene as a GLB file whose meshes have at most about ``most_faces`` triangles.
 
-    Input and refined mesh lose the same vertices, so that they can be laid over each other. A
-    vertex that stands for several shows the largest value of them: no deviation disappears.
+    :func:`meshcone.views.light.simplified` says what becomes of the others.
     """
     light = simplified(scene, most_faces)
-    builder = GlbBuilder()
-    meshes: list[dict[str, Any]] = []
-    faces = builder.add_indices(light.input.mesh.faces)
-    for name, surface in (("input", light.input), ("refined", light.refined)):
-        if surface is not None:
-            tension = light.tension if name == "refined" else None
-            meshes.append(_mesh(builder, name, surface, faces, tension))
-    faces = builder.add_indices(light.reference.mesh.faces)
-    meshes.append(_mesh(builder, "reference", light.reference, faces, None))
-    return builder.finish(
-        {
-            "asset": {"version": "2.0", "generator": "MeshCone", "extras": _extras(scene)},
-            "scene": 0,
-            "scenes": [{"nodes": list(range(len(meshes)))}],
-            "nodes": [{"name": mesh["name"], "mesh": number} for number, mesh in enumerate(meshes)],
-            "meshes": meshes,
-        }
-    )
-
-
-def simplified(scene: Scene, most_faces: int) -> Scene:
-    """The scene with meshes of at most about ``most_faces`` triangles."""
+    side = 1 << int(np.log2(most_faces * _TEXELS) / 2)
+    parts = light.parts or (None, None)
+    paints = scene.paints or (None, None)
     leading = scene.refined or scene.input
-    collapse = _Collapse.of(leading.mesh, most_faces)
-    return replace(
-        scene,
-        input=collapse.of_surface(scene.input),
-        refined=None if scene.refined is None else collapse.of_surface(scene.refined),
-        reference=_Collapse.of(scene.reference.mesh, most_faces).of_surface(scene.reference),
-        tension=None if scene.tension is None else collapse.largest(scene.tension),
-    )
+    shown = light.refined or light.input
+    builder = _Builder(GlbBuilder(), [], side)
+    ours = builder.triangles(shown.mesh, parts[0], paints[0], leading.mesh)
+    meshes = [builder.mesh("input", light.input, ours, signed=_signed(light, light.input))]
+    if light.refined is not None:
+        signed = _signed(light, light.refined)
+        meshes.append(builder.mesh("refined", light.refined, ours, signed, light.tension))
+    theirs = builder.triangles(light.reference.mesh, parts[1], paints[1], scene.reference.mesh)
+    meshes.append(builder.mesh("reference", light.reference, theirs))
+    document: dict[str, Any] = {
+        "asset": {"version": "2.0", "generator": "MeshCone", "extras": _extras(scene)},
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(meshes)))}],
+        "nodes": [{"name": mesh["name"], "mesh": number} for number, mesh in enumerate(meshes)],
+        "meshes": meshes,
+    }
+    if builder.images:
+        document["images"] = builder.images
+    return builder.glb.finish(document)
+
+
+def _signed(light: Scene, surface: Surface) -> Floats | None:
+    """The deviation, negative inside the reference; None where that has no inside."""
+    if light.closed is None:
+        return None
+    within = inside(surface.mesh.vertices, light.closed)
+    return np.asarray(np.where(within, -1, 1) * surface.deviation)
 
 
 @dataclass(frozen=True)
-class _Collapse:
-    """A sequence of edge collapses (Garland and Heckbert 1997) that can be done again.
+class _Triangles:
+    """What surfaces over the same faces share: an accessor of them, and extras."""
 
-    Attributes:
-        faces: (m, 3) of the mesh it was found on.
-        collapses: as ``fast_simplification`` records them; None where nothing is collapsed.
-        target: (n,) which vertex each one has become.
-    """
-
-    faces: Ints
-    collapses: Ints | None
-    target: Ints
-
-    @classmethod
-    def of(cls, mesh: Mesh, most_faces: int) -> _Collapse:
-        if len(mesh.faces) <= most_faces:
-            return cls(mesh.faces, None, np.arange(len(mesh.vertices)))
-        vertices, faces = _writable(mesh.vertices), _writable(mesh.faces)
-        *_, collapses = fast_simplification.simplify(
-            vertices, faces, target_count=most_faces, return_collapses=True
-        )
-        *_, target = fast_simplification.replay_simplification(vertices, faces, collapses)
-        return cls(faces, collapses, np.asarray(target, dtype=np.int64))
-
-    def of_surface(self, surface: Surface) -> Surface:
-        """The surface, over the same faces, after the collapses."""
-        if self.collapses is None:
-            return surface
-        vertices, faces, _ = fast_simplification.replay_simplification(
-            _writable(surface.mesh.vertices), self.faces, self.collapses
-        )
-        return Surface(Mesh(vertices, faces), self.largest(surface.deviation))
-
-    def largest(self, values: Floats) -> Floats:
-        """The largest of the values (n,) that each vertex left now stands for."""
-        kept = np.zeros(int(self.target.max(initial=-1)) + 1)
-        there = self.target >= 0
-        np.maximum.at(kept, self.target[there], values[there])
-        return kept
+    indices: int
+    extras: dict[str, Any]
 
 
-def _writable(array: NDArray[_Number]) -> NDArray[_Number]:
-    """A copy; the library's binding takes no array that is read-only."""
-    return np.array(array)
+@dataclass(frozen=True)
+class _Builder:
+    """The file as it grows, its images, and the side of a skin in texels."""
+
+    glb: GlbBuilder
+    images: list[dict[str, Any]]
+    side: int
+
+    def triangles(
+        self, mesh: Mesh, partition: Partition | None, paint: Paint | None, whole: Mesh
+    ) -> _Triangles:
+        """Add the faces of a surface, part after part, and what is known of each.
+
+        Args:
+            mesh: of at most about as many faces as were asked for.
+            partition: its parts, if they are told apart.
+            paint: the colours of ``whole``, if they were asked for.
+            whole: the mesh of all faces that it was made of.
+        """
+        order: Ints = np.arange(len(mesh.faces))
+        extras: dict[str, Any] = {}
+        if partition is not None:
+            order = np.argsort(partition.labels, kind="stable")
+            extras["parts"] = _ranges(partition)
+        if paint is not None and paint.has_colour:
+            ordered = Mesh(mesh.vertices, mesh.faces[order])
+            same = len(mesh.faces) == len(whole.faces)
+            extras["skin"] = self._skin(ordered, Origin(paint, order if same else None, whole))
+            coordinates = paint.coordinates(order) if same else None
+            if coordinates is not None:
+                extras["uv"] = self._uv(coordinates)
+        return _Triangles(self.glb.add_indices(mesh.faces[order]), extras)
+
+    def _skin(self, mesh: Mesh, origin: Origin) -> dict[str, int]:
+        # Of triangles in one colour each, the smallest patches show all there is.
+        enough = 1 << int(np.ceil(np.log2(8 * max(len(mesh.faces), 8)) / 2))
+        skin = skin_of(mesh, origin, self.side if origin.paint.varies else min(enough, self.side))
+        self.images.append({"bufferView": self.glb.add_file(skin.image), "mimeType": "image/jpeg"})
+        return {
+            "image": len(self.images) - 1,
+            "side": skin.side,
+            "corners": self.glb.add_shorts(skin.corners.reshape(-1, 2)),
+        }
+
+    def _uv(self, coordinates: Floats) -> dict[str, Any]:
+        rows = coordinates.reshape(-1, 2)
+        low, high = rows.min(axis=0), rows.max(axis=0)
+        steps = np.rint(_STEPS * (rows - low) / np.maximum(high - low, 1e-12))
+        corners = self.glb.add_shorts(steps.astype(np.uint16))
+        return {"corners": corners, "low": low.tolist(), "high": high.tolist()}
+
+    def mesh(
+        self,
+        name: str,
+        surface: Surface,
+        triangles: _Triangles,
+        signed: Floats | None = None,
+        tension: Floats | None = None,
+    ) -> dict[str, Any]:
+        """Add a surface with the values of its vertices."""
+        attributes = {
+            "POSITION": self.glb.add_vectors(surface.mesh.vertices, bounds=True),
+            "_DEVIATION": self.glb.add_vectors(surface.deviation),
+        }
+        for key, values in (("_SIGNED", signed), ("_TENSION", tension)):
+            if values is not None:
+                attributes[key] = self.glb.add_vectors(values)
+        primitive = {"attributes": attributes, "indices": triangles.indices}
+        return {"name": name, "primitives": [primitive], "extras": triangles.extras}
 
 
-def _mesh(
-    builder: GlbBuilder, name: str, surface: Surface, faces: int, tension: Floats | None
-) -> dict[str, Any]:
-    attributes = {
-        "POSITION": builder.add_vectors(surface.mesh.vertices, bounds=True),
-        "_DEVIATION": builder.add_vectors(surface.deviation),
-    }
-    if tension is not None:
-        attributes["_TENSION"] = builder.add_vectors(tension)
-    return {"name": name, "primitives": [{"attributes": attributes, "indices": faces}]}
+def _ranges(partition: Partition) -> list[dict[str, Any]]:
+    """Where each part begins among the triangles in the order of parts; none without any."""
+    counts = np.bincount(partition.labels, minlength=len(partition.names))
+    begins = np.cumsum(counts) - counts
+    return [
+        {"name": name, "first": int(first), "count": int(count)}
+        for name, first, count in zip(partition.names, begins, counts, strict=True)
+        if count
+    ]
 
 
 def _extras(scene: Scene) -> dict[str, Any]:

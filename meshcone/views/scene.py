@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshcone.appearance.paint import Paint
+from meshcone.quality.parts import Partition
 from meshcone.surface import Frame, Mesh
 from meshcone.surface.arrays import Floats
 
@@ -38,6 +39,9 @@ class Scene:
             :func:`meshcone.program.tension.vertex_tension`; None where there is no program.
         paints: the colours of source, which are the refined mesh's too, and reference; None
             where nobody asked for colours.
+        parts: of source, which are the refined mesh's too, and reference; None where they are
+            not told apart.
+        closed: the reference's mesh, if it has an inside.
     """
 
     frame: Frame
@@ -46,6 +50,8 @@ class Scene:
     reference: Surface
     tension: Floats | None = None
     paints: tuple[Paint, Paint] | None = None
+    parts: tuple[Partition, Partition] | None = None
+    closed: Mesh | None = None
 
 
 def spread_to_vertices(mesh: Mesh, values: Floats) -> Floats:

@@ -49,6 +49,18 @@ class GlbBuilder:
         accessor = {"type": "VEC4", "componentType": _UNSIGNED_BYTE, "normalized": True}
         return self._add(values.tobytes(), len(values), accessor, _ARRAY_BUFFER)
 
+    def add_shorts(self, rows: NDArray[np.uint16]) -> int:
+        """Store (k, 2..4) integers of 16 bits; return their accessor."""
+        values = np.ascontiguousarray(rows, dtype="<u2")
+        accessor = {"type": _TYPES[values.shape[1]], "componentType": _UNSIGNED_SHORT}
+        return self._add(values.tobytes(), len(values), accessor, _ARRAY_BUFFER)
+
+    def add_file(self, data: bytes) -> int:
+        """Store a file, such as an image; return its buffer view."""
+        self._views.append({"buffer": 0, "byteOffset": len(self._data), "byteLength": len(data)})
+        self._data += _padded(data, b"\0")
+        return len(self._views) - 1
+
     def add_indices(self, triangles: NDArray[np.int64]) -> int:
         """Store (m, 3) vertex indices in the smallest type that holds them; return their accessor.
 

@@ -35,6 +35,6 @@ export function changesCard({ rows }) {
   if (!rows.length) return null;
   return h("section", { class: "card", "aria-labelledby": "changes-title", "data-testid": "changes" },
     h("h2", { id: "changes-title" }, "What else changed"),
-    h("ul", null, rows.slice(0, ROWS).map((row) => h("li", null, h("code", null, row.kind), " ", row.words))),
+    h("ul", { class: "told" }, rows.slice(0, ROWS).map((row) => h("li", null, h("span", { class: "chip" }, row.kind), h("span", { class: "grow" }, row.words)))),
     rows.length > ROWS && h("p", { class: "hint" }, `The report lists ${rows.length} of them.`));
 }

@@ -98,7 +98,15 @@ export class OrbitCamera {
     const outward = point.length() > 1e-3 ? point.clone().normalize() : new Vector3(0, 0, 1);
     // A little from the side: looking straight down on a bump hides its height.
     const eye = outward.add(new Vector3(0.25, 0.3, 0.1)).normalize();
-    const end = { target: point, distance: 1.2, rotation: this.#lookingFrom(eye) };
+    this.#fly({ target: point, distance: 1.2, rotation: this.#lookingFrom(eye) });
+  }
+
+  /** Move so that a ball fills the view, from where it is looked from now. */
+  frame(middle, radius) {
+    this.#fly({ target: new this.THREE.Vector3(...middle), distance: Math.min(FARTHEST, Math.max(NEAREST, 3.6 * radius)), rotation: this.rotation.clone() });
+  }
+
+  #fly(end) {
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) Object.assign(this, end);
     else this.flight = { start: performance.now(), from: { target: this.target.clone(), distance: this.distance, rotation: this.rotation.clone() }, end };
     this.onChange();

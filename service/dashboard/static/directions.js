@@ -38,9 +38,17 @@ function wholeTable({ missing, extra, signed }, radius) {
   ];
 }
 
-function partsTable(per, radius) {
-  const row = (part) => h("tr", { "data-part": part.name },
-    h("th", { scope: "row" }, part.name || "(no name)"),
+function partsTable(per, radius, isolate) {
+  const buttons = per.parts.map((part) => isolate && h("button", {
+    type: "button", class: "small", "aria-pressed": "false", "aria-label": `Show ${part.name || "the part without a name"} alone`,
+    onclick: (event) => {
+      const alone = event.currentTarget.getAttribute("aria-pressed") !== "true";
+      for (const button of buttons) button.setAttribute("aria-pressed", String(alone && button === event.currentTarget));
+      isolate(alone ? part.name : null);
+    },
+  }, "Alone"));
+  const row = (part, index) => h("tr", { "data-part": part.name },
+    h("th", { scope: "row" }, part.name || "(no name)", " ", buttons[index]),
     h("td", null, part.found !== "both" && chip("fail", part.found)),
     SIDES.map(([side]) => cells(part[side], radius)),
     h("td", null, histogram(part.histogram, radius)));
@@ -55,8 +63,8 @@ function partsTable(per, radius) {
   ];
 }
 
-/** The card; none for a report that does not tell the directions apart. */
-export function directionsCard(report) {
+/** The card, whose parts can be shown alone by `isolate`; none for a report that does not tell the directions apart. */
+export function directionsCard(report, isolate) {
   const { directions, per } = report.quality;
   if (!directions) return null;
   const { radius } = report.frame;
@@ -65,5 +73,5 @@ export function directionsCard(report) {
     wholeTable(directions, radius),
     histogram(directions.histogram, radius),
     h("p", { class: "hint" }, "Distances are in model units; shares are of the area, and the bounds of the radius."),
-    per && partsTable(per, radius));
+    per && partsTable(per, radius, isolate));
 }

@@ -1,5 +1,6 @@
 // One surface as three.js draws it: its shape, its colours, its edges.
 
+import { checker, cornersOf } from "meshcone/corners";
 import { scaleBytes } from "meshcone/palette";
 
 const SHAPE = 0xb9c4c8;
@@ -24,33 +25,77 @@ export class Drawn {
     const { BufferAttribute, BufferGeometry, Mesh } = this.THREE;
     this.surface = surface;
     this.mesh?.geometry.dispose();
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(surface.position, 3));
-    geometry.setIndex(new BufferAttribute(surface.index, 1));
+    this.shared = new BufferGeometry();
+    this.shared.setAttribute("position", new BufferAttribute(surface.position, 3));
+    this.shared.setIndex(new BufferAttribute(surface.index, 1));
     if (this.mesh) this.scene.remove(this.mesh, this.wire);
-    this.mesh = new Mesh(geometry, this.material);
-    this.wire = new Mesh(geometry, this.lines);
+    this.mesh = new Mesh(this.shared, this.material);
+    this.wire = new Mesh(this.shared, this.lines);
     this.scene.add(this.mesh, this.wire);
+    this.isolate(this.part ?? null);
+  }
+
+  /** Colour by values, by an image at the corners ("skin" or "uv"), or plainly, as far as there are any. */
+  colour(name, scale) {
+    this.material.map?.dispose();
+    this.material.map = null;
+    if (this.mesh.geometry !== this.shared) this.mesh.geometry.dispose();
+    this.mesh.geometry = this.shared;
+    const found = this.surface[name] ?? null;
+    if (found && scale) this.#values(found, scale);
+    else if (found) this.#image(name, found);
+    this.material.color.set(this.material.map ? 0xffffff : SHAPE);
+    this.material.needsUpdate = true;
+    this.isolate(this.part);
   }
 
   /**
-   * Colour by values, or plainly for null. Values are looked up in the scale at each pixel:
-   * between colours of vertices there would be colours that the scale does not have.
+   * Values are looked up in the scale at each pixel: between colours of vertices there would be
+   * colours that the scale does not have.
    */
-  colour(values, scale) {
+  #values(values, scale) {
     const { BufferAttribute, DataTexture } = this.THREE;
-    this.material.map?.dispose();
-    this.material.map = null;
-    if (values !== null) {
-      const bytes = scaleBytes(scale);
-      this.material.map = new DataTexture(bytes, bytes.length / 4, 1);
-      this.material.map.needsUpdate = true;
-      const places = new Float32Array(2 * values.length).fill(0.5);
-      for (let index = 0; index < values.length; index += 1) places[2 * index] = Math.min(Math.max((values[index] - scale.low) / (scale.top - scale.low), 0), 1);
-      this.mesh.geometry.setAttribute("uv", new BufferAttribute(places, 2));
-    }
-    this.material.color.set(values === null ? SHAPE : 0xffffff);
-    this.material.needsUpdate = true;
+    const bytes = scaleBytes(scale);
+    this.material.map = new DataTexture(bytes, bytes.length / 4, 1);
+    this.material.map.needsUpdate = true;
+    const places = new Float32Array(2 * values.length).fill(0.5);
+    for (let index = 0; index < values.length; index += 1) places[2 * index] = Math.min(Math.max((values[index] - scale.low) / (scale.top - scale.low), 0), 1);
+    this.shared.setAttribute("uv", new BufferAttribute(places, 2));
+  }
+
+  /** An image has its place at each corner of each triangle, not at a vertex. */
+  #image(name, found) {
+    const { BufferAttribute, BufferGeometry, CanvasTexture, LinearFilter, RepeatWrapping } = this.THREE;
+    const { position, index } = this.surface;
+    const positions = new Float32Array(3 * index.length);
+    for (let corner = 0; corner < index.length; corner += 1) for (let axis = 0; axis < 3; axis += 1) positions[3 * corner + axis] = position[3 * index[corner] + axis];
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(positions, 3));
+    geometry.setAttribute("uv", new BufferAttribute(cornersOf(found), 2));
+    this.mesh.geometry = geometry;
+    const map = new CanvasTexture(found.bitmap ?? checker());
+    map.flipY = false;
+    if (name === "uv") map.wrapS = map.wrapT = RepeatWrapping;
+    else map.generateMipmaps = false;
+    map.minFilter = name === "uv" ? map.minFilter : LinearFilter;
+    this.material.map = map;
+  }
+
+  /** Draw one part alone, which may be nothing here; or, for null, all. */
+  isolate(name) {
+    this.part = name;
+    const part = name === null ? { first: 0, count: Infinity } : this.surface.parts?.find((each) => each.name === name) ?? { first: 0, count: 0 };
+    for (const geometry of new Set([this.shared, this.mesh.geometry])) geometry.setDrawRange(3 * part.first, 3 * part.count);
+  }
+
+  /** Middle and radius of what is drawn. */
+  extent() {
+    const { start, count } = this.shared.drawRange;
+    const { index, position } = this.surface;
+    const corners = Array.from(index.subarray(start, Math.min(start + count, index.length)), (vertex) => Array.from(position.subarray(3 * vertex, 3 * vertex + 3)));
+    const [low, high] = [Math.min, Math.max].map((end) => [0, 1, 2].map((axis) => corners.reduce((so, corner) => end(so, corner[axis]), corners[0][axis])));
+    const middle = low.map((value, axis) => (value + high[axis]) / 2);
+    return [middle, Math.hypot(...high.map((value, axis) => value - low[axis])) / 2];
   }
 
   /** Draw it over what is there already, so that both can be seen. */

@@ -10,7 +10,7 @@ const BINS = 60;
 const HEIGHT = 34;
 const TICKS = [0, 0.25, 0.5, 0.75, 1];
 
-const TITLES = { deviation: "Deviation", signed: "Inside or outside", tension: "Cone tension" };
+const TITLES = { deviation: "Deviation", signed: "Inside − · + outside", tension: "Cone tension" };
 
 export class Legend {
   /** @param {number} radius model units for one unit of the frame  @param {string} unit of the model  @param {Function} onChange told of a new scale */

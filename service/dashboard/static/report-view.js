@@ -53,7 +53,7 @@ export function reportSections(report, { heading, files, loadPreview, loadWhole,
   const failed = (report.gates?.checks ?? []).filter(({ status }) => status === "fail").length;
   const panels = tabs("What the report says", [
     { id: "gates", title: "Gates", badge: badge(failed, "bad"), content: gatesPanel(report, goTo) },
-    { id: "changes", title: "Changes", badge: badge(report.changes?.rows.length), content: [report.changes && changesCard(report.changes), report.quality && directionsCard(report), loadPictures && picturesCard(report, loadPictures)] },
+    { id: "changes", title: "Changes", badge: badge(report.changes?.rows.length), content: [report.changes && changesCard(report.changes), report.quality && directionsCard(report, viewer && ((part) => viewer.isolate(part))), loadPictures && picturesCard(report, loadPictures)] },
     { id: "metrics", title: "Metrics", content: [report.quality && metricsTable(report)] },
     { id: "audit", title: "Audit", content: [report.asset && assetCard(report.asset)] },
     { id: "solver", title: "Solver", content: report.solver ? solverPanel(report, files) : [] },

@@ -14,12 +14,21 @@ function parse(buffer) {
     const { byteOffset = 0 } = document.bufferViews[bufferView];
     return new TYPES[componentType](buffer, binary + byteOffset, count * WIDTHS[type]);
   };
-  const meshes = document.meshes.map(({ name, primitives: [{ attributes, indices }] }) => ({
+  const image = (number) => {
+    const { bufferView, mimeType } = document.images[number];
+    const { byteOffset = 0, byteLength } = document.bufferViews[bufferView];
+    return new Blob([new Uint8Array(buffer, binary + byteOffset, byteLength)], { type: mimeType });
+  };
+  const meshes = document.meshes.map(({ name, primitives: [{ attributes, indices }], extras: { parts = [], skin, uv } = {} }) => ({
     name,
     position: accessor(attributes.POSITION),
     index: accessor(indices),
     deviation: accessor(attributes._DEVIATION),
+    signed: attributes._SIGNED === undefined ? null : accessor(attributes._SIGNED),
     tension: attributes._TENSION === undefined ? null : accessor(attributes._TENSION),
+    parts,
+    skin: skin && { image: image(skin.image), side: skin.side, corners: accessor(skin.corners) },
+    uv: uv && { ...uv, corners: accessor(uv.corners) },
   }));
   return { meshes, extras: document.asset.extras };
 }

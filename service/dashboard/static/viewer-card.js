@@ -1,6 +1,7 @@
 // The card around the viewer: what to show and how, the scale, and where to look.
 
 import { Axes } from "meshcone/axes";
+import { decodeSkins } from "meshcone/corners";
 import { h } from "meshcone/dom";
 import { findingAt, findings } from "meshcone/findings";
 import { number } from "meshcone/format";
@@ -16,7 +17,7 @@ import { Viewer } from "meshcone/viewer";
 import { choice, layoutTools, TITLES, viewButtons } from "meshcone/viewer-tools";
 
 const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over; Enter measures from the middle.";
-const COLOURS = { shape: "Shape", deviation: "Deviation", tension: "Cone tension" };
+const COLOURS = { shape: "Shape", skin: "Textures", deviation: "Deviation", signed: "Signed", uv: "UV", tension: "Cone tension" };
 
 /** The bound that gates put on a distance, relative to the radius; null if there is none. */
 function thresholdOf(report) {
@@ -56,6 +57,7 @@ export class ViewerCard {
     try {
       const [THREE, buffer] = await Promise.all([threeJs(), this.loadPreview()]);
       this.preview = readPreview(buffer);
+      await decodeSkins(this.preview.surfaces);
       this.viewer = new Viewer(THREE, this.canvas, this.preview);
       this.viewer.onDraw = (panes) => this.drawn(panes);
       this.legend.take(this.preview, thresholdOf(this.report));
@@ -72,7 +74,7 @@ export class ViewerCard {
   /** Show what the link asks for, and offer all else. */
   begin() {
     const { viewer } = this;
-    const colours = Object.keys(COLOURS).filter((colour) => colour === "shape" || viewer.drawn[viewer.leading].surface[colour]);
+    const colours = Object.keys(COLOURS).filter((colour) => colour === "shape" || Object.values(this.preview.surfaces).some((surface) => surface[colour]));
     const { colour = "deviation", camera, ...asked } = viewInLink(viewer.names, colours);
     if (camera) viewer.orbit.restore(camera);
     Object.assign(viewer.state, asked);
@@ -178,6 +180,12 @@ export class ViewerCard {
     const index = findingAt(this.findings, position, this.radius);
     if (index >= 0) this.choose(index);
     else this.viewer?.orbit.flyTo(this.into(position));
+    this.element.scrollIntoView({ block: "nearest" });
+  }
+
+  /** Show one part alone, or for null all. */
+  isolate(name) {
+    this.viewer?.isolate(name);
     this.element.scrollIntoView({ block: "nearest" });
   }
 

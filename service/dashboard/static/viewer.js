@@ -43,7 +43,7 @@ export class Viewer {
     const { colour, scale, wireframe, layout } = this.state;
     for (const drawn of Object.values(this.drawn)) {
       drawn.wire.visible = wireframe;
-      if ("colour" in changes || "scale" in changes) drawn.colour(scale === null ? null : drawn.surface[colour] ?? null, scale);
+      if ("colour" in changes || "scale" in changes) drawn.colour(colour, scale);
     }
     if ("layout" in changes) this.#blink(layout === "blink");
     this.redraw();
@@ -62,8 +62,17 @@ export class Viewer {
 
   /** Put another mesh, such as one with every triangle, in the place of one. */
   replace(name, surface) {
-    this.drawn[name].replace({ ...this.drawn[name].surface, ...surface });
+    this.drawn[name].replace(surface);
     this.set({ colour: this.state.colour });
+  }
+
+  /** Draw one part alone in every pane, and look at it; null for all of them again. */
+  isolate(name) {
+    for (const drawn of Object.values(this.drawn)) drawn.isolate(name);
+    const there = Object.values(this.drawn).find(({ surface }) => surface.parts?.some((part) => part.name === name));
+    if (there) this.orbit.frame(...there.extent());
+    else if (name === null) this.orbit.reset();
+    this.redraw();
   }
 
   /** Draw lines between points of the frame, over everything; those drawn before go. */

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
@@ -72,6 +73,14 @@ def test_coloured_assets_are_pictured_from_six_sides(tmp_path: Path, offline: Pa
     offline.goto((tmp_path / "g.html").as_uri())
     offline.wait_for_selector("[data-ready]")
 
+    view = offline.get_by_test_id("view").locator("canvas")
+    offline.get_by_role("button", name="Textures").click()
+    expect(offline.get_by_test_id("scale")).to_be_hidden()
+    white, globe = np.array_split(pixels(view), 2, axis=1)
+    offline.get_by_role("button", name="UV").click()
+    offline.wait_for_url(re.compile("colour=uv"))
+    assert difference(white, globe) > 10
+    assert difference(globe, np.array_split(pixels(view), 2, axis=1)[1]) > 10
     image = offline.get_by_test_id("pictures")
     expect(image).to_have_js_property("naturalWidth", 1044)
     expect(offline.locator('[data-metric="appearance.color_difference.p95"]')).to_contain_text(
@@ -98,6 +107,15 @@ def test_a_missing_wheel_stands_first_among_the_parts(tmp_path: Path, offline: P
     first = offline.get_by_test_id("directions").locator("[data-part]").first
     expect(first).to_contain_text("wheel_front_left")
     expect(first.locator(".chip")).to_have_text("missing")
+    open_tab(offline, "Changes")
+    view = offline.get_by_test_id("view").locator("canvas")
+    offline.get_by_role("button", name="Pins").click()
+    offline.get_by_role("button", name="Show wheel_front_left alone").click()
+    offline.wait_for_url(re.compile("camera=(?!0,0,0,3.6)"))
+    alone, wheel = np.array_split(pixels(view), 2, axis=1)
+    beside_labels = np.s_[60:-70, 100:-60]
+    # The source has no such wheel.
+    assert wheel[beside_labels].std() > 5 * alone[beside_labels].std()
     expect(offline.locator("[aria-labelledby=warnings-title]")).to_contain_text("pieces.missing")
 
 

@@ -1,20 +1,56 @@
 from __future__ import annotations
 
+import io
+import json
+import struct
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
-from meshcone.options import Options
+from meshcone.options import Options, parse_options
+from meshcone.quality.parts import Partition
 from meshcone.verbs.measure import measurement
 from meshcone.verbs.refine import Refinement, refine
-from meshcone.views.preview import preview_glb, simplified
+from meshcone.views.light import simplified
+from meshcone.views.preview import preview_glb
 from tests import shapes
+from tests.painted import encoded, globe, painted, picture
+from tests.truck import WHEELS, truck_mesh, truck_obj
 
 FINE = shapes.sphere(5)
 CAPPED = Options.model_validate(
     {"effort": "fast", "cones": {"max_displacement": {"relative": 0.005}}}
 )
+
+
+def read_glb(glb: bytes) -> tuple[dict[str, Any], bytes]:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    return json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+
+def accessor(document: dict[str, Any], binary: bytes, number: int) -> NDArray[Any]:
+    """The rows of an accessor, of numbers that follow each other."""
+    stored = document["accessors"][number]
+    view = document["bufferViews"][stored["bufferView"]]
+    kind = {5126: "<f4", 5123: "<u2", 5125: "<u4"}[stored["componentType"]]
+    data = binary[view["byteOffset"] :][: view["byteLength"]]
+    return np.frombuffer(data, kind).reshape(stored["count"], -1)
+
+
+def surface_of(glb: bytes, name: str) -> dict[str, NDArray[Any]]:
+    """Attributes and indices of one of the meshes of a preview; plain numbers are flat."""
+    document, binary = read_glb(glb)
+    mesh = next(mesh for mesh in document["meshes"] if mesh["name"] == name)
+    [primitive] = mesh["primitives"]
+    numbers = {**primitive["attributes"], "indices": primitive["indices"]}
+    rows = {key: accessor(document, binary, number) for key, number in numbers.items()}
+    return {key: each.ravel() if each.shape[1] == 1 else each for key, each in rows.items()}
 
 
 @pytest.fixture(scope="module")
@@ -78,3 +114,76 @@ def test_a_measurement_has_no_refined_mesh_to_show() -> None:
 
     assert scene.refined is None
     assert scene.input.deviation.max() > 0
+
+
+def test_a_point_inside_the_reference_has_a_negative_distance() -> None:
+    vertices, faces = shapes.sphere(2)
+    ball = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    halves = np.where(vertices[:, :1] > 0, 0.9, 1.1)
+    source = MeshFile("egg.obj", shapes.obj(halves * vertices, faces))
+
+    glb = preview_glb(measurement(source, ball, Options()).scene)
+
+    surface = surface_of(glb, "input")
+    inside = surface["POSITION"][:, 0] > 0.05
+    outside = surface["POSITION"][:, 0] < -0.05
+    assert (surface["_SIGNED"][inside] < 0).all()
+    assert (surface["_SIGNED"][outside] > 0).all()
+    assert np.abs(surface["_SIGNED"]) == pytest.approx(surface["_DEVIATION"])
+
+
+def test_the_triangles_of_a_part_stand_together_under_its_name() -> None:
+    options = parse_options({"mode": "measure", "quality": {"per": "node"}})
+    source = MeshFile("truck.obj", truck_obj())
+    preview = preview_glb(measurement(source, source, options).scene)
+
+    document, _ = read_glb(preview)
+    surface = surface_of(preview, "reference")
+    parts = next(mesh for mesh in document["meshes"] if mesh["name"] == "reference")["extras"]
+    assert [part["name"] for part in parts["parts"]] == ["body", *WHEELS]
+    frame = document["asset"]["extras"]
+    for part in parts["parts"]:
+        of_part = slice(3 * part["first"], 3 * (part["first"] + part["count"]))
+        corners = surface["POSITION"][surface["indices"][of_part].ravel()]
+        expected = truck_mesh(part["name"]).vertices
+        model = corners * frame["radius"] + frame["centre"]
+        assert model.min(axis=0) == pytest.approx(expected.min(axis=0), abs=1e-6)
+        assert model.max(axis=0) == pytest.approx(expected.max(axis=0), abs=1e-6)
+
+
+def test_parts_of_a_simplified_surface_stay_apart() -> None:
+    vertices, faces = FINE
+    upper = vertices[faces].mean(axis=1)[:, 2] > 0
+    halves = Partition(("lower", "upper"), upper.astype(np.int64))
+    ball = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    scene = replace(measurement(ball, ball, Options()).scene, parts=(halves, halves))
+
+    light = simplified(scene, 2_000)
+
+    assert light.parts is not None
+    centres = light.input.mesh.corners.mean(axis=1)[:, 2]
+    labels = light.parts[0].labels
+    assert (labels[centres > 0.1] == 1).all()
+    assert (labels[centres < -0.1] == 0).all()
+
+
+def test_a_textured_surface_has_its_colours_and_coordinates_at_every_corner() -> None:
+    arrays = globe(16, 8)
+    file = MeshFile("globe.gltf", painted(encoded(picture()), arrays))
+    preview = preview_glb(measurement(file, file, Options()).scene, 20_000)
+
+    document, binary = read_glb(preview)
+    extras = document["meshes"][0]["extras"]
+    corners = accessor(document, binary, extras["skin"]["corners"])
+    steps = accessor(document, binary, extras["uv"]["corners"])
+    image = document["bufferViews"][document["images"][0]["bufferView"]]
+    jpeg = binary[image["byteOffset"] :][: image["byteLength"]]
+
+    assert Image.open(io.BytesIO(jpeg)).size == (extras["skin"]["side"],) * 2
+    assert len(corners) == len(steps) == len(surface_of(preview, "input")["indices"].ravel())
+    low, high = np.array(extras["uv"]["low"]), np.array(extras["uv"]["high"])
+    written = low + steps / 65535 * (high - low)
+    places = arrays["POSITION"][arrays["faces"]]
+    drawn = [len(np.unique(corners, axis=0)) == 3 for corners in places]  # not those at the poles
+    expected = arrays["TEXCOORD_0"][arrays["faces"][drawn].ravel()]
+    assert written == pytest.approx(expected, abs=1e-4)
