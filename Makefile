@@ -6,12 +6,13 @@ VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 AUDIT := $(VENV)/audit/bin/python
 SITE := $(VENV)/site/bin/zensical
 GENERATORS := $(VENV)/generators/.installed
+CHART := $(VENV)/chart/.installed
 STAMP := $(VENV)/.installed
 TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi references audit validator generators browser screenshots site wheel wheels clean
+.PHONY: demo test check unit fuzz openapi references audit validator generators chart browser screenshots site wheel wheels clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -80,6 +81,15 @@ $(VALIDATOR): $(STAMP)
 
 # Tools of others that make clients of the API's description; they need older versions of what we
 # need, so they have an environment of their own. Without them, and outside CI, those tests are skipped.
+# Helm, as its SDK, and the schemas of Kubernetes: what tests hold the chart against.
+chart: $(CHART)
+
+$(CHART): $(STAMP)
+	$(PYTHON) -m venv $(VENV)/chart
+	$(VENV)/chart/bin/python -m pip install --quiet --disable-pip-version-check \
+		helm-python-sdk==0.2.2 kubernetes-validate==1.37.0
+	touch $@
+
 generators: $(GENERATORS)
 
 $(GENERATORS): $(STAMP)

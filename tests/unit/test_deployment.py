@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 DOCUMENTS = [ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))]
 DEPLOYMENT = [ROOT / "Dockerfile", ROOT / "docker-compose.yml"]
+CHART = sorted(ROOT.glob("deploy/helm/meshcone/**/*.yaml"))
 SETTINGS = {
     *(f"MESHCONE_{name.upper()}" for name in ServiceSettings.model_fields),
     *(f"MESHCONE_LIMIT_{name.upper()}" for name in Limits.model_fields),
@@ -31,7 +32,7 @@ def normalized(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.parametrize("path", DEPLOYMENT + DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", DEPLOYMENT + CHART + DOCUMENTS, ids=lambda path: path.name)
 def test_every_setting_that_is_named_exists(path: Path) -> None:
     named = set(re.findall(r"MESHCONE_[A-Z_]*[A-Z]", path.read_text()))
 
