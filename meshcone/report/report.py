@@ -170,8 +170,8 @@ Statement = Annotated[
 NotExamined = Annotated[
     tuple[str, ...],
     Field(
-        description="codes of warnings that nobody looked for, or not everywhere: that there "
-        "is none says nothing"
+        description="codes of warnings that were not examined, or not everywhere: their absence "
+        "says nothing"
     ),
 ]
 ProvenSection = Annotated[

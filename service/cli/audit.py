@@ -39,10 +39,11 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report.")] = False,
     assignments: Assignments = None,
 ) -> int:
-    """Say what FILE is as a whole asset.
+    """Check FILE as a whole asset, not only its surface.
 
-    With --reference it also says what changed. Exits with 0 if it passes its gates or has none,
-    1 if it fails or could not be tested, 2 if a file cannot be used, 3 after a fault of
+    Budget, size, geometry, texture coordinates, images, materials and animation are checked. With
+    --reference the command also says what changed. It exits with 0 if the asset passes its gates or
+    has none, 1 if it fails or could not be tested, 2 if a file cannot be used, 3 after a fault of
     MeshCone's own.
     """
     choice = GateChoice(profile, schema, product, keep, gates)

@@ -32,9 +32,9 @@ def command(
         "meshcone-demo"
     ),
 ) -> None:
-    """Refine a noisy jug and show what came of it.
+    """Refine a noisy jug and print the result.
 
-    A service of its own does the work.
+    The demo starts a service, sends it the job, and leaves the files in a folder.
     """
     from rich.console import Console
 

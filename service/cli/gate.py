@@ -93,7 +93,9 @@ def command(
     ] = None,
     server: Annotated[
         str | None,
-        typer.Option(metavar="URL", help="MeshCone service to work there.", show_default=False),
+        typer.Option(
+            metavar="URL", help="Address of the service that does the work.", show_default=False
+        ),
     ] = None,
     jobs: Annotated[
         int | None,
@@ -102,12 +104,12 @@ def command(
     per: Per = None,
     assignments: Assignments = None,
 ) -> int:
-    """Hold meshes against their references and gates.
+    """Judge meshes by gates, which are bounds on what is measured.
 
-    The verdict is about SOURCE and REFERENCE, or about every pair of a manifest or of two folders.
-    An asset, or a folder of them, without a reference is held against gates alone.
-    Exits with 0 if every asset passes, 1 if one fails or could not be tested, 2 if one could
-    not be used, 3 after a fault of MeshCone's own.
+    The command judges SOURCE against REFERENCE, or every pair of a manifest or of two folders. An
+    asset, or a folder of assets, can be judged without a reference. The command exits with 0 if
+    every asset passes, 1 if one fails or could not be tested, 2 if one could not be used, 3 after
+    a fault of MeshCone's own.
     """
     from service.gating.matching import pairs_to_gate
     from service.gating.outputs import Outputs

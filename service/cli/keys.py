@@ -15,9 +15,7 @@ from meshcone.suggestions import did_you_mean
 if TYPE_CHECKING:
     from service.access.keys import KeyStore, Scope
 
-commands = typer.Typer(
-    help="API keys: who may use a service, and how much of it.", no_args_is_help=True
-)
+commands = typer.Typer(help="Make, list and revoke API keys.", no_args_is_help=True)
 
 DataDirectory = Annotated[
     Path | None,

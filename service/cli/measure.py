@@ -35,8 +35,8 @@ def command(
 ) -> int:
     """Measure SOURCE against REFERENCE; nothing is moved.
 
-    Exits with 0 if it passes its gates or has none, 1 if it fails or could not be tested, 2 if a
-    file cannot be used, 3 after a fault of MeshCone's own.
+    The command exits with 0 if the asset passes its gates or has none, 1 if it fails or could not
+    be tested, 2 if a file cannot be used, 3 after a fault of MeshCone's own.
     """
     options = options_from(assignments, per=per, mode="measure")
     table = GateChoice(profile, schema, product, keep, gates).for_file(source, "measure")

@@ -56,12 +56,15 @@ def command(
         ),
     ] = None,
     quiet: Annotated[
-        bool, typer.Option("-q", "--quiet", help="Say nothing of what came of it.")
+        bool, typer.Option("-q", "--quiet", help="Print warnings and errors only.")
     ] = False,
     per: Per = None,
     assignments: Assignments = None,
 ) -> int:
-    """Refine SOURCE towards REFERENCE."""
+    """Move SOURCE onto REFERENCE, and prove how close it comes.
+
+    Only vertices move. Faces, texture coordinates, materials and nodes stay as they are.
+    """
     from meshcone.library.functions import refine_loaded
     from meshcone.library.inputs import load_unread
     from meshcone.library.results import require_saveable

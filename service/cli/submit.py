@@ -46,7 +46,10 @@ def command(
     ] = None,
     *,
     server: Annotated[
-        str, typer.Option(metavar="URL", help="The service to work there.", show_default=False)
+        str,
+        typer.Option(
+            metavar="URL", help="Address of the service that does the work.", show_default=False
+        ),
     ],
     batch: Annotated[
         Path | None,
@@ -74,7 +77,7 @@ def command(
         str | None,
         typer.Option(
             metavar="URL",
-            help="Where the service is to say that the job has ended.",
+            help="Address that the service calls when the job has ended.",
             show_default=False,
         ),
     ] = None,
@@ -82,7 +85,7 @@ def command(
         list[str] | None,
         typer.Option(
             metavar="NAME=URL",
-            help="Where the service is to put a result, such as mesh=https://… or "
+            help="Address that the service sends a result to, such as mesh=https://… or "
             "report=s3://bucket/key; can be repeated.",
             show_default=False,
         ),
@@ -92,11 +95,11 @@ def command(
 ) -> int:
     """Send SOURCE and REFERENCE to a service.
 
-    It waits for what --out and --report are to hold, and exits with 1 where a tolerance (--set
-    within=0.5mm) is not reached. Without either it prints where the job is and waits for nothing.
-    With --batch it waits for the last job, prints every verdict and exits as `meshcone gate` does;
-    --report then holds what `meshcone gate --json` writes.
-    An API key is taken from MESHCONE_API_KEY.
+    With --out or --report the command waits until the job has ended, and writes the files. Without
+    them it prints the address of the job and ends. It exits with 1 if a tolerance (--set
+    within=0.5mm) is not reached. With --batch it waits for the last job, prints every verdict and
+    exits as `meshcone gate` does; --report then names the file for what `meshcone gate --json`
+    writes. An API key is read from MESHCONE_API_KEY.
     """
     from service.client.links import is_link
 

@@ -39,7 +39,8 @@ def command(
         typer.Option("-o", "--out", help="Gate file to write. [default: print it]"),
     ] = None,
     percentile: Annotated[
-        float, typer.Option(min=50, max=100, help="Share of the assets that each bound lets pass.")
+        float,
+        typer.Option(min=50, max=100, help="Percentage of the assets that each bound lets pass."),
     ] = 99.0,
     jobs: Annotated[
         int | None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def command() -> None:
-    """Fetch files by URL, and put results where wanted.
+    """Fetch files by URL, and send results to URLs.
 
     Broker and file store come from MESHCONE_* variables.
     """

@@ -31,12 +31,10 @@ def command(
         bool, typer.Option("--replay", help="Refine again, and compare what comes out.")
     ] = False,
 ) -> int:
-    """Check a refinement without a solver.
+    """Check the claims of a report again, without a solver.
 
-    The answer says whether REFINED is the optimum that SOURCE and REFERENCE lead to.
-
-    With --replay every round is solved again. Prints a line for each check; exits with 1 if
-    any of them fails.
+    It prints a line for each check, and exits with 1 if one of them fails. The last line says
+    what is proven. With --replay every round is solved again.
     """
     from meshcone.files import MeshFile
 

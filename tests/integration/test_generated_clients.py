@@ -19,6 +19,7 @@ from service.client import Client
 from service.stack import Stack
 
 OPENAPI = Path(__file__).parents[2] / "openapi"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "follow_jobs.ts"
 PROGRAMS = Path(__file__).parent / "generated"
 GENERATORS = Path(sys.prefix) / "generators"
 
@@ -88,6 +89,13 @@ def test_a_client_by_openapi_python_client(
     assert_done(told, tmp_path, client, rough_ball)
 
 
+def compiled(generators: Path, directory: Path, program: str) -> None:
+    """Compile a program of a directory, as strictly as TypeScript does."""
+    tsc = generators / "node_modules" / "typescript" / "bin" / "tsc"
+    strict = ("--strict", "--skipLibCheck", "--target", "es2022", "--module", "nodenext")
+    run("node", tsc, *strict, "--types", "node", program, cwd=directory)
+
+
 def test_a_client_by_openapi_typescript(
     generators: Path,
     tmp_path: Path,
@@ -100,17 +108,24 @@ def test_a_client_by_openapi_typescript(
     for program in (OPENAPI / "typescript-client.mjs", PROGRAMS / "refine_with.ts"):
         shutil.copy(program, tmp_path)
     run("node", "typescript-client.mjs", OPENAPI / "openapi.json", "meshcone.d.ts", cwd=tmp_path)
-    run(
-        *(
-            "node",
-            generators / "node_modules" / "typescript" / "bin" / "tsc",
-            "--strict",
-            "--skipLibCheck",
-        ),
-        *("--target", "es2022", "--module", "nodenext", "--types", "node", "refine_with.ts"),
-        cwd=tmp_path,
-    )
+    compiled(generators, tmp_path, "refine_with.ts")
 
     told = run("node", "refine_with.js", stack.url, *pair, ".", cwd=tmp_path, NO_PROXY="127.0.0.1")
 
     assert_done(told, tmp_path, client, rough_ball)
+
+
+def test_the_example_in_typescript_lists_the_jobs(
+    generators: Path, tmp_path: Path, stack: Stack, client: Client, ball: MeshFile
+) -> None:
+    gates = {"validity.watertight": {"equals": True}}
+    sent = client.submit(ball, ball, {"mode": "measure", "gates": gates})
+    client.wait(sent.id)
+    (tmp_path / "node_modules").symlink_to(generators / "node_modules")
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    shutil.copy(EXAMPLE, tmp_path)
+    compiled(generators, tmp_path, EXAMPLE.name)
+
+    said = run("node", "follow_jobs.js", stack.url, cwd=tmp_path, NO_PROXY="127.0.0.1")
+
+    assert f"✓ succeeded {ball.name}  {stack.url}/jobs/{sent.id}" in said.splitlines()

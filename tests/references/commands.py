@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from service.cli import app
-from tests.references.tables import table
+from tests.references.tables import NONE, table
 
 _NOUNS = {Path: "PATH", int: "N", float: "NUMBER"}
 
@@ -57,8 +57,13 @@ def _option(option: Any) -> tuple[str, ...]:
     names = "`, `".join(option.opts)
     noun = option.metavar or _NOUNS.get(option.type_descriptor.annotation, "TEXT")
     takes = "" if option.is_flag else f" {noun}"
-    default = "–" if option.default in (None, False, ()) else f"`{option.default}`"  # noqa: RUF001
-    return f"`{names}{takes}`", default, _plain(option.help) + _range(option)
+    return f"`{names}{takes}`", _default(option), _plain(option.help) + _range(option)
+
+
+def _default(option: Any) -> str:
+    if option.required:
+        return "required"
+    return NONE if option.default in (None, False, ()) else f"`{option.default}`"
 
 
 def _range(option: Any) -> str:

@@ -14,11 +14,9 @@ from meshcone.notices import Code
 from meshcone.options import Options
 from service.problems import PROBLEM_TYPES
 from service.settings import ServiceSettings
-from tests.references.tables import table
+from tests.references.tables import NONE, table
 from worker.transfers.settings import TransferSettings
 from worker.webhooks.settings import WebhookSettings
-
-_NONE = "–"  # noqa: RUF001 - how a table says that there is none
 
 
 def options() -> Iterator[str]:
@@ -35,7 +33,7 @@ def _options(
         inner = _section_of(field, schema)
         default = field.get("default")
         if inner is None or (default is None and "description" in field):
-            shown = _NONE if default is None else f"`{json.dumps(default)}`"
+            shown = NONE if default is None else f"`{json.dumps(default)}`"
             kinds = "a table" if inner else _can_be(field, schema)
             yield f"`{prefix}{name}`", shown, kinds, field["description"]
         if inner is not None:
@@ -114,7 +112,7 @@ def settings(
     def rows() -> Iterator[tuple[str, ...]]:
         for name, field in model.model_fields.items():
             if name not in known:
-                default = _NONE if field.default in (None, ()) else f"`{_shown(field.default)}`"
+                default = NONE if field.default in (None, ()) else f"`{_shown(field.default)}`"
                 kinds = _can_be(schema["properties"][name], schema)
                 yield f"`{prefix}{name.upper()}`", default, kinds, str(field.description)
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+NONE = "–"  # noqa: RUF001 - how a table says that there is none
+
 
 def table(header: tuple[str, ...], rows: Iterator[tuple[str, ...]]) -> Iterator[str]:
     """The lines of a table; cells are Markdown, in which a bar would end them."""
