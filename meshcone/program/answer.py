@@ -9,6 +9,7 @@ from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.diagnostics import RoundRecord
 from meshcone.program.multipliers import Multipliers
+from meshcone.quality.harm import Gain
 from meshcone.surface.arrays import Floats
 
 
@@ -48,6 +49,7 @@ class RefinedPositions:
             solved for that reason and the input is returned.
         kept_because: in what the best answer was worse than the input, a clause each, where
             every answer was worse somewhere and the input is returned.
+        gain: how much closer the answer is than the input, where it was held against that.
         confirm_seconds: spent on SCS confirming the last round.
     """
 
@@ -58,6 +60,7 @@ class RefinedPositions:
     copied_reference: bool = False
     misaligned: str | None = None
     kept_because: tuple[str, ...] = ()
+    gain: Gain | None = None
     confirm_seconds: float = 0.0
 
     @property

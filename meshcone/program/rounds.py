@@ -163,7 +163,7 @@ class SurfaceRefiner:
             if not solution.converged:
                 found = harm.examine(answer.positions)
             if not found.objections:
-                return answer, []
+                return replace(answer, gain=harm.gain(found)), []
         attempt.let_go()
         return None, found.objections
 

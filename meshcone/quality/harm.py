@@ -8,7 +8,7 @@ drawn with seeds that nothing else uses: what was minimised must not be its own 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -32,11 +32,29 @@ _DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
 
 @dataclass(frozen=True)
 class Distances:
-    """Of samples, in both directions; relative to the radius."""
+    """Of samples, in both directions; relative to the radius.
+
+    Attributes:
+        sampled: (2, k) of each sample, from the mesh and from the reference.
+    """
 
     mean: float
     p95: float
     max: float
+    sampled: Floats = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How much closer an answer is than its input, over the same places on both.
+
+    Attributes:
+        mean: of the differences, relative to the radius; negative where it is farther away.
+        error: standard error of that mean over the samples.
+    """
+
+    mean: float
+    error: float
 
 
 class HarmCheck:
@@ -96,6 +114,12 @@ class HarmCheck:
             if after > _allowed(before, share, rounding)
         ]
 
+    def gain(self, now: Examined) -> Gain:
+        """How much closer than the input a mesh is, and what of it may be luck of the samples."""
+        gained = self.input.distances.sampled - now.distances.sampled
+        variance = gained.var(axis=1).sum() / (2 * gained.size)  # of the mean of two means
+        return Gain(float(gained.mean()), float(np.sqrt(variance)))
+
     def defects(self, now: Examined) -> list[str]:
         """Say which defects there are more of than is allowed."""
         was, found = self.input, []
@@ -142,6 +166,7 @@ class HarmCheck:
             mean=float((there.mean() + back.mean()) / 2),
             p95=float(max(np.quantile(there, 0.95), np.quantile(back, 0.95))),
             max=float(max(there.max(), back.max())),
+            sampled=np.stack([there, back]),
         )
 
     def corners(self, mesh: Mesh) -> float:

@@ -32,7 +32,8 @@ def decide_outcome(
     4. ``kept``: every answer was worse than the input somewhere, which is returned;
     5. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
     6. ``undecided``: input and refined differ by no more than the floor and twice the standard
-       error of the difference;
+       error of the difference: of the same places before and after, where the answer was held
+       against its input, else of independent samples;
     7. ``improved`` or ``worse``.
 
     Args:
@@ -54,8 +55,13 @@ def decide_outcome(
     if largest_move <= ROUNDING:
         return "unchanged"
     was, now = before.point_to_surface.mean, after.point_to_surface.mean
-    error = math.hypot(_standard_error(before, samples), _standard_error(after, samples))
-    if abs(now - was) <= floor.point_to_surface.mean + ROUNDING + _STANDARD_ERRORS * error:
+    if solved.gain is None:
+        gain = was - now
+        error = math.hypot(_standard_error(before, samples), _standard_error(after, samples))
+    else:
+        gain, error = solved.gain.mean, solved.gain.error
+    noise = floor.point_to_surface.mean + ROUNDING + _STANDARD_ERRORS * error
+    if abs(gain) <= noise or (gain > 0) is not (now < was):
         return "undecided"
     return "improved" if now < was else "worse"
 

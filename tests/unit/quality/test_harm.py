@@ -34,6 +34,22 @@ def test_any_move_away_from_a_perfect_input_is_worse() -> None:
     assert objection.startswith("the mean distance grows from")
 
 
+def test_what_is_gained_is_measured_at_the_same_places() -> None:
+    # Every place comes closer by .01, though some are .02 and others 1 away; of the reference's
+    # places the inner ball is the closest.
+    source = Mesh(
+        np.concatenate([1.02 * REFERENCE.vertices, 2 * REFERENCE.vertices]),
+        np.concatenate([REFERENCE.faces, REFERENCE.faces + len(REFERENCE.vertices)]),
+    )
+    closer = np.concatenate([1.01 * REFERENCE.vertices, 1.99 * REFERENCE.vertices])
+    held = check(source)
+
+    gain = held.gain(held.examine(closer))
+
+    assert gain.mean == pytest.approx(0.01, rel=0.01)
+    assert gain.error < 1e-5
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_one_vertex_torn_off_is_worse_though_the_mean_falls(seed: int) -> None:
     source = noisy(REFERENCE, 0.02, seed)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.program.answer import RefinedPositions
+from meshcone.quality.harm import Gain
 from meshcone.quality.records import Metrics, PointToSurface
 from meshcone.report.outcome import decide_agreement, decide_outcome
 from meshcone.report.report import Outcome
@@ -64,6 +67,24 @@ def test_a_difference_within_two_standard_errors_is_none() -> None:
     beyond = decide_outcome(before, at(0.0970, 0.1), BALL.floor, SAMPLES, 0.1, SOLVED)
 
     assert (within, beyond) == ("undecided", "improved")
+
+
+@pytest.mark.parametrize(
+    ("gain", "after", "expected"),
+    [
+        pytest.param(Gain(2e-3, 1e-4), 0.098, "improved", id="the same places came closer"),
+        pytest.param(Gain(2e-3, 2e-3), 0.098, "undecided", id="some came closer, some did not"),
+        pytest.param(Gain(2e-3, 1e-4), 0.101, "undecided", id="the metric says otherwise"),
+        pytest.param(Gain(-2e-3, 1e-4), 0.102, "worse", id="the same places are farther away"),
+    ],
+)
+def test_the_same_places_before_and_after_decide_what_independent_samples_cannot(
+    gain: Gain, after: float, expected: Outcome
+) -> None:
+    # A part that the reference lacks: distances of it vary a hundred times as much as what changes.
+    before, solved = at(0.1, spread=0.3), replace(SOLVED, gain=gain)
+
+    assert decide_outcome(before, at(after, 0.3), BALL.floor, SAMPLES, 0.1, solved) == expected
 
 
 def test_a_mesh_can_be_told_from_its_reference_above_the_floor() -> None:
