@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 from meshcone.threads import use_one_thread
@@ -32,7 +33,9 @@ def main() -> None:
     upkeep = UpkeepProcess()
     upkeep.keep()
 
-    # 2.5 s of imports: paid here once and not in every horse
+    # 2.5 s of imports: paid here once and not in every horse. Nothing of them becomes garbage, for
+    # which Python would look hundreds of times meanwhile.
+    gc.disable()
     import worker.run.task
     from worker.broker.connections import connect_bytes, connect_text
     from worker.jobs.heartbeats import Heartbeats
@@ -43,6 +46,7 @@ def main() -> None:
     from worker.run.worker import MeshWorker
 
     warm_up()
+    gc.enable()
     client, connection = connect_text(url), connect_bytes(url)
     wait_for_broker(client, until=lambda: stop.made)
     attempts = Attempts(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _SAFE_PATH = "PYTHONSAFEPATH"  # as the option -P
 VIEWED_FACES = 20_000  # of each mesh in a page, which may hold a dozen assets
 _ENGINES: Mapping[Mode, str] = {mode: f"meshcone.verbs.{mode}" for mode in get_args(Mode)}
-_COMPILED = "meshcone.surface.box_tree"
+_IMPORTED_LATE = ("meshcone.surface.box_tree", "igl")  # with the first pair that needs them
 
 
 class LocalGatekeeper:
@@ -45,7 +45,7 @@ class LocalGatekeeper:
         """Prepare; ``modes`` says which engines the jobs will need."""
         self._context = multiprocessing.get_context("forkserver")
         engines = [_ENGINES[mode] for mode in sorted(modes)]
-        self._context.set_forkserver_preload([*engines, _COMPILED, __name__])
+        self._context.set_forkserver_preload([*engines, *_IMPORTED_LATE, __name__])
         _start_forkserver()  # while there are no threads yet
         self._lock = threading.Lock()
         self._running: set[ForkServerProcess] = set()

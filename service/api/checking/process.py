@@ -81,6 +81,7 @@ def _next_connection(control: socket.socket) -> socket.socket | None:
 
 def _warm_up() -> None:
     """Import, and build what is built at a first use, here once and not in every child."""
+    gc.disable()  # nothing that is imported becomes garbage
     from meshcone.assets import read_asset
     from meshcone.options import Options
 
@@ -89,6 +90,7 @@ def _warm_up() -> None:
     # Counting references to what is there already would copy its pages into every child.
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def _become_child(
