@@ -79,7 +79,9 @@ PLY = [
     _ascii("no header at all", "ply\nnonsense", None, "'end_header', found the end"),
     _ascii("no format", "ply\nend_header\n", "line 2", "a line with the format, found none"),
     _ascii("unknown format", _HEAD.replace("ascii", "zip"), "line 2", "expected one of ascii"),
-    _ascii("unknown keyword", _HEAD.replace("element face", "elephant"), "line 7", "'elephant'"),
+    _ascii(
+        "format twice", _HEAD.replace("element f", "format\nelement f"), "line 7", "'format' was"
+    ),
     _ascii("count of words", _HEAD.replace("vertex 4", "vertex four"), "line 3", "'vertex four'"),
     _ascii("negative count", _HEAD.replace("vertex 4", "vertex -4"), "line 3", "'vertex -4'"),
     _ascii("element twice", _HEAD.replace("face", "vertex"), "line 7", "declared twice"),

@@ -46,6 +46,8 @@ _CAPS = {
     b"face": ("faces", "faces"),
     b"tristrips": ("faces", "strips of triangles"),
 }
+_KEYWORDS = (b"format", b"element", b"property")
+_READ = frozenset(b"x y z nx ny nz vertex_index vertex_indices".split())
 _END = re.compile(rb"(?:^|[\r\n])[ \t]*end_header[ \t]*(\r\n|\n|\r)")
 _COUNT = re.compile(rb"\d{1,18}")
 
@@ -121,7 +123,8 @@ def read_header(data: bytes, limits: Limits) -> Header:
     for number, line in enumerate(lines[1:-1], 2):
         words = line.split()
         place = f"line {number}"
-        if not words or words[0] in (b"comment", b"obj_info"):
+        # Comments, and remarks of exporters that forgot to call them so.
+        if not words or words[0] not in _KEYWORDS:
             continue
         if words[0] == b"format" and encoding is None:
             encoding = _encoding(words, place)
@@ -172,11 +175,14 @@ def _add_property(
     if len(types) != (2 if is_list else 1) or not all(name in _TYPES for name in types):
         found = shown(b" ".join(words[1:]))
         raise InputError(f"expected a property's type and name, found '{found}'", place=place)
-    if words[-1] in {item.name for item in properties}:
-        raise InputError(f"property '{shown(words[-1])}' is declared twice", place=place)
+    name = words[-1]
+    if name in {item.name for item in properties}:
+        if name in _READ:
+            raise InputError(f"property '{shown(name)}' is declared twice", place=place)
+        name = b"%s %d" % (name, len(properties))  # a name that no file can declare
     length, values = None, np.dtype(order + _TYPES[types[-1]])
     if is_list:
         length = np.dtype(order + _TYPES[types[0]])
         if length.kind == "f":
             raise InputError("expected a list whose length is a whole number", place=place)
-    properties.append(Property(words[-1], values, length))
+    properties.append(Property(name, values, length))

@@ -79,6 +79,31 @@ def test_binary_data_that_start_with_a_line_feed_are_no_line_end() -> None:
     assert np.array_equal(asset.vertices, points)
 
 
+def test_a_remark_that_is_not_called_a_comment_is_one() -> None:
+    header = HEADER.replace("element vertex", "Created by somebody, from: \nelement vertex")
+
+    asset = read_asset("square.ply", (header + ROWS + "4 0 1 2 3\n").encode())
+
+    assert asset.positions.tolist() == SQUARE.tolist()
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_gaps_in_the_rows_of_a_ply_may_all_have_one_name(order: str) -> None:
+    gap = "property uchar gap\n"
+    kind = "binary_little_endian" if order == "<" else "binary_big_endian"
+    header = HEADER.replace("ascii", kind).replace("property float y", f"{gap}property float y")
+    header = header.replace("element face", f"{gap}element face")
+    rows = b"".join(struct.pack(f"{order}fBffB", x, 7, y, z, 9) for x, y, z in SQUARE)
+    data = header.encode() + rows + struct.pack(f"{order}B4i", 4, 0, 1, 2, 3)
+
+    asset = read_asset("square.ply", data)
+    moved = read_asset("square.ply", asset.patched(asset.vertices * 2))
+
+    assert asset.positions.tolist() == SQUARE.tolist()
+    assert moved.positions.tolist() == (2 * SQUARE).tolist()
+    assert asset.patched(asset.vertices * 2).startswith(header.encode())
+
+
 def test_lists_beside_the_corners_are_passed_over() -> None:
     header = HEADER.replace(
         "property list", "property list uchar float uv\nproperty uchar a\nproperty list"
