@@ -29,6 +29,9 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+
+# A script beside this one has the name of the package, which is to be found first.
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from service_load import resident
 
 from service.access.keys import KeyStore
@@ -42,7 +45,6 @@ _SHARE = 5  # one pair in so many is the second key's
 _OPTIONS = {"mode": "measure", "audit": False, "quality": {"samples": 16, "emd_samples": 16}}
 _TINY = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 _LOOK_INTERVAL = 1.0  # seconds
-_LONGEST = 6 * 3600.0  # seconds
 
 
 @dataclass
@@ -54,6 +56,7 @@ class Findings:
         memory: bytes of the API: before, after each batch was accepted, and at each look after.
         states: jobs by how they ended.
         attempts: how often jobs were started, all together.
+        canceled: whether time was over before all had ended.
         runs: lengths of what one key had begun in a row while both had jobs waiting.
     """
 
@@ -62,6 +65,7 @@ class Findings:
     states: Counter[str] = field(default_factory=Counter)
     attempts: int = 0
     kills: int = 0
+    canceled: bool = False
     seconds: float = 0.0
     runs: list[int] = field(default_factory=list)
 
@@ -71,7 +75,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("pairs", type=int, nargs="?", default=1000)
     parser.add_argument("--kills", type=int, default=10, help="workers to kill on the way")
+    parser.add_argument("--every", type=int, help="jobs from one kill to the next")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--minutes", type=float, default=360, help="cancel what is left after it")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args(argv)
     os.environ |= {
@@ -84,7 +90,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         with Stack(settings, workers=arguments.workers, log=Path(name) / "log") as stack:
             found = measure(stack, url, arguments)
     print_findings(found, arguments.pairs, Console(width=None if sys.stdout.isatty() else 100))
-    return 0 if found.states == Counter(succeeded=arguments.pairs) else 1
+    ended = found.states["succeeded"] + found.states["canceled"]
+    return 0 if ended == arguments.pairs else 1
 
 
 @contextmanager
@@ -123,10 +130,7 @@ def measure(stack: Stack, url: str, arguments: argparse.Namespace) -> Findings:
         for client, count in zip(clients, (arguments.pairs - second, second), strict=True):
             ids.append(send(client, count, url, found))
             found.memory.append(resident(api))
-        kill_at = [
-            arguments.pairs * (number + 1) // (arguments.kills + 1)
-            for number in range(arguments.kills)
-        ]
+        every = arguments.every or max(1, arguments.pairs // (arguments.kills + 1))
         while True:
             stack.restart_ended()
             batches = [client.batch(batch) for client, batch in zip(clients, ids, strict=True)]
@@ -136,13 +140,14 @@ def measure(stack: Stack, url: str, arguments: argparse.Namespace) -> Findings:
                 for state in ("succeeded", "failed", "canceled")
             )
             found.memory.append(resident(api))
-            if kill_at and ended >= kill_at[0]:
-                kill_at.pop(0)
+            if found.kills < arguments.kills and ended >= every * (found.kills + 1):
                 found.kills += kill_one(stack, luck)
             if all(batch.state == "finished" for batch in batches):
                 break
-            if time.monotonic() - started > _LONGEST:
-                break
+            if time.monotonic() - started > 60 * arguments.minutes and not found.canceled:
+                found.canceled = True
+                for client, batch in zip(clients, ids, strict=True):
+                    client.cancel_batch(batch)
             time.sleep(_LOOK_INTERVAL)
         found.seconds = time.monotonic() - started
         look_at_jobs(clients, ids, found)
@@ -167,13 +172,20 @@ def send(client: Client, count: int, url: str, found: Findings) -> str:
 
 def kill_one(stack: Stack, luck: random.Random) -> int:
     """Kill one of the workers that the stack has started; how many that were."""
-    pids = stack.worker_pids()
+    pids = [pid for pid in stack.worker_pids() if pid in _children()]
     if not pids:
         return 0
     with suppress(ProcessLookupError):  # it has just ended by itself
         os.kill(luck.choice(pids), signal.SIGKILL)
         return 1
     return 0
+
+
+def _children() -> set[int]:
+    """Process ids of what this process has started and has not ended (Linux)."""
+    me = os.getpid()
+    text = Path(f"/proc/{me}/task/{me}/children").read_text(encoding="ascii")
+    return {int(pid) for pid in text.split()}
 
 
 def look_at_jobs(clients: Sequence[Client], ids: Sequence[str], found: Findings) -> None:
@@ -206,9 +218,10 @@ def print_findings(found: Findings, pairs: int, console: Console) -> None:
     table.add_column("found", justify="right")
     table.add_row("jobs by how they ended", str(dict(found.states)))
     table.add_row("lost", str(pairs - sum(found.states.values())))
-    table.add_row("starts beyond the first of a job", str(found.attempts - pairs))
+    again = found.attempts - found.states["succeeded"]
+    table.add_row("starts that did not end in success", str(again))
     table.add_row("seconds to 202, each batch", ", ".join(f"{each:.1f}" for each in found.accepted))
-    table.add_row("jobs a second", f"{pairs / found.seconds:.1f}")
+    table.add_row("jobs a second", f"{found.states['succeeded'] / found.seconds:.1f}")
     memory = [each / MEBIBYTE for each in found.memory]
     table.add_row("API, MiB before", f"{memory[0]:.0f}")
     table.add_row("API, MiB once both are accepted", f"{memory[2]:.0f}")

@@ -97,17 +97,13 @@ class Message(BaseModel):
 
     def body(self) -> bytes:
         """The payload, in the form the Standard Webhooks specification recommends."""
-        data: dict[str, Any] = {"id": self.job, "labels": self.labels}
-        if self.batch:
-            data |= {"path": f"/v1/batches/{self.job}"}
-        else:
-            data |= {
-                "state": self.state,
-                "attempt": self.attempt,
-                "path": f"/v1/jobs/{self.job}",
-            }
+        how: dict[str, Any] = {}
+        if not self.batch:  # that one has finished says nothing of how its jobs have ended
+            how = {"state": self.state, "attempt": self.attempt}
+        kind, path = ("batch", "batches") if self.batch else ("job", "jobs")
+        data = {"id": self.job, **how, "labels": self.labels, "path": f"/v1/{path}/{self.job}"}
         document = {
-            "type": f"{'batch' if self.batch else 'job'}.{self.state}",
+            "type": f"{kind}.{self.state}",
             "timestamp": self.at.isoformat(),
             "data": data,
         }
