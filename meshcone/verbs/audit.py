@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.metadata import version
 
+from meshcone.appearance.paint import Paint
 from meshcone.assets import read_asset
 from meshcone.assets.points.asset import points_alone
 from meshcone.assets.policy import ReadPolicy
@@ -22,7 +24,29 @@ from meshcone.stopwatch import Stopwatch
 from meshcone.surface import Mesh
 
 
+@dataclass(frozen=True)
+class Examination:
+    """An audit, and what there is to see of its asset.
+
+    Attributes:
+        mesh: of the source, in model units.
+        paint: its colours.
+    """
+
+    report: AuditReport
+    mesh: Mesh
+    paint: Paint
+
+
 def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> AuditReport:
+    """Say what ``source`` is as a whole asset, and what changed against ``reference``.
+
+    As :func:`examination`, of which this is the report.
+    """
+    return examination(source, reference, options).report
+
+
+def examination(source: MeshFile, reference: MeshFile | None, options: Options) -> Examination:
     """Say what ``source`` is as a whole asset, and what changed against ``reference``.
 
     Args:
@@ -61,7 +85,8 @@ def audit(source: MeshFile, reference: MeshFile | None, options: Options) -> Aud
             total=watch.total,
         ),
     )
-    return judged(report)
+    mesh = Mesh(first.asset.vertices, first.asset.faces)
+    return Examination(judged(report), mesh, Paint(first.asset))
 
 
 def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited, Told]:

@@ -1,4 +1,4 @@
-"""A small picture of a pair's mesh, for lists: seen from front, right and above, as WebP."""
+"""A small picture of a mesh, for lists: seen from front, right and above, as WebP."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from meshcone.srgb import to_encoded
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats
 from meshcone.views.raster import Fragments, OverdrawError, both_ends
-from meshcone.views.scene import Scene
 
 SIZE = 112
 """Width and height, in pixels."""
@@ -27,21 +26,23 @@ _PLAIN = (0.42, 0.52, 0.56)  # linear light of what has no known colour
 _QUALITY = 80
 
 
-def thumbnail_webp(scene: Scene) -> bytes | None:
-    """Draw the refined mesh of a scene, or its source where nothing was refined.
+def thumbnail_webp(mesh: Mesh, paint: Paint | None = None) -> bytes | None:
+    """Draw a mesh, wherever it lies and however large it is.
 
     What is not covered is transparent. Faces are seen from both sides, and each is lit as if it
-    were flat. Colours are shown where they can be had without decoding an image again.
+    were flat. Colours are shown where they can be had without decoding an image now.
+
+    Args:
+        mesh: with y up.
+        paint: its colours, if they are known.
 
     Returns:
         None where the mesh has no extent, or covers the picture too many times.
     """
-    surface = scene.refined or scene.input
-    paint = None if scene.paints is None else scene.paints[0]
-    seen = _seen(surface.mesh)
+    seen = _seen(mesh)
     if seen is None or len(seen.pixels) == 0:
         return None
-    light = _colours(seen, paint) * _brightness(surface.mesh, seen)[:, None]
+    light = _colours(seen, paint) * _brightness(mesh, seen)[:, None]
     # Pixels that nothing covers have the mean colour: averaging leaves no dark edge then.
     mean = np.append(light.mean(axis=0), 0.0)
     picture = np.tile(np.rint(255 * to_encoded(mean)), ((SIZE * _FINER) ** 2, 1)).astype(np.uint8)

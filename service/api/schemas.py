@@ -215,7 +215,7 @@ class JobLinks(BaseModel):
     thumbnail: str | None = Field(
         default=None,
         description="a small picture of the refined mesh, or of the source where nothing was "
-        "refined, as WebP; absent of an audit",
+        "refined, as WebP; absent where it could not be drawn",
     )
     diagnostics: str | None = Field(default=None, description="absent where nothing was refined")
     diagnostics_csv: str | None = Field(

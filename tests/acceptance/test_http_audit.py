@@ -31,6 +31,7 @@ def test_an_asset_is_audited_by_itself(client: Client) -> None:
     assert job.summary is not None
     assert job.summary.worst is not None
     assert job.links.mesh is job.links.preview is None
+    assert client.thumbnail(job.id)[8:12] == b"WEBP"
 
 
 def test_an_audit_against_a_reference_says_what_was_lost(client: Client) -> None:

@@ -9,7 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from meshcone.gates.records import Status
-from meshcone.report.report import AnyReport, AuditReport, diagnostics_csv
+from meshcone.report.report import AnyReport, diagnostics_csv
 from meshcone.views.heatmap import heatmap_glb
 from meshcone.views.pictures import pictures_png
 from meshcone.views.preview import preview_glb
@@ -18,6 +18,9 @@ from worker.jobs.summaries import JobSummary
 from worker.jobs.tallies import Tallies, tallies_of
 
 if TYPE_CHECKING:
+    from meshcone.appearance.paint import Paint
+    from meshcone.surface import Mesh
+    from meshcone.verbs.audit import Examination
     from meshcone.verbs.measure import Measurement
     from meshcone.verbs.refine import Refinement
     from meshcone.views.scene import Scene
@@ -80,10 +83,14 @@ def of_measurement(source: str, measurement: Measurement) -> JobFiles:
     return _job_files(files, measurement.report)
 
 
-def of_audit(source: str, report: AuditReport) -> JobFiles:
-    """What an audit of a source of this name leaves: its report."""
+def of_audit(source: str, found: Examination) -> JobFiles:
+    """What an audit of a source of this name leaves: its report and a thumbnail."""
     stem = PurePath(source).stem
-    return _job_files({"report": _report(stem, report.model_dump_json())}, report)
+    files = {
+        "report": _report(stem, found.report.model_dump_json()),
+        **_thumbnail(stem, found.mesh, found.paint),
+    }
+    return _job_files(files, found.report)
 
 
 def _job_files(files: Mapping[str, ArtifactFile], report: AnyReport) -> JobFiles:
@@ -103,16 +110,18 @@ def _views(stem: str, scene: Scene) -> dict[str, ArtifactFile]:
     pictures = pictures_png(scene)
     if pictures is not None:
         files["pictures"] = ArtifactFile(pictures, "image/png", f"{stem}.pictures.png")
-    thumbnail = _thumbnail(scene)
-    if thumbnail is not None:
-        files["thumbnail"] = ArtifactFile(thumbnail, "image/webp", f"{stem}.thumbnail.webp")
-    return files
+    leading = scene.refined or scene.input
+    paint = None if scene.paints is None else scene.paints[0]
+    return files | _thumbnail(stem, leading.mesh, paint)
 
 
-def _thumbnail(scene: Scene) -> bytes | None:
+def _thumbnail(stem: str, mesh: Mesh, paint: Paint | None) -> dict[str, ArtifactFile]:
     """A small picture, if there can be one: no job fails for want of what a list looks like."""
     try:
-        return thumbnail_webp(scene)
+        data = thumbnail_webp(mesh, paint)
     except Exception:
         logger.exception("no thumbnail could be drawn")
-        return None
+        data = None
+    if data is None:
+        return {}
+    return {"thumbnail": ArtifactFile(data, "image/webp", f"{stem}.thumbnail.webp")}

@@ -22,7 +22,7 @@ from meshcone.files import MeshFile
 from meshcone.options import parse_options
 from meshcone.progress import ProgressCallback
 from meshcone.settings import load_settings
-from meshcone.verbs.audit import audit
+from meshcone.verbs.audit import examination
 from meshcone.verbs.measure import measurement
 from meshcone.verbs.within import refine_within
 from worker.broker.connections import connect_text
@@ -147,7 +147,7 @@ def _work(
         beside = record.reference_resources + record.resources
         reference = _mesh_file(blobs, record.reference, beside)
     if options.mode == "audit":
-        return of_audit(record.source.name, audit(source, reference, options))
+        return of_audit(record.source.name, examination(source, reference, options))
     if reference is None:
         raise InternalError("the job has no reference")
     if options.mode == "measure":

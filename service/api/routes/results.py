@@ -191,7 +191,7 @@ def _why_none(record: JobRecord, name: str) -> str:
     if name == "pictures":
         return "neither file has colours, or comparing them was turned off"
     if name == "thumbnail":
-        return "audits have none, nor have meshes without extent and jobs of earlier versions"
+        return "it could not be drawn, or a version that drew none made the job"
     # A record of an earlier version has no mode; it was refined.
     mode = record.options.get("mode")
     if mode == "audit":

@@ -42,12 +42,12 @@ function list() {
   const counts = Object.entries(Object.groupBy ? Object.groupBy(assets, ({ ending }) => ending) : assets.reduce((groups, asset) => ({ ...groups, [asset.ending]: [...(groups[asset.ending] ?? []), asset] }), {}));
   return [
     h("div", { class: "title-row" }, h("h1", { class: "grow" }, `${assets.length} assets`), h("div", { class: "chips" }, counts.map(([ending, which]) => chip(ending, `${which.length} ${ending.replace("_", " ")}`)))),
-    h("section", { class: "card" }, h("table", { class: "jobs" },
+    h("section", { class: "card list" }, h("table", { class: "jobs" },
       h("thead", null, h("tr", null, ["Asset", "Verdict", "Finding"].map((head) => h("th", { scope: "col" }, head)))),
-      h("tbody", null, sorted.map((asset) => h("tr", null,
-        h("td", null, h("a", { class: "pair", href: `#asset=${asset.number}` }, asset.name)),
-        h("td", { "data-label": "Verdict" }, chip(asset.ending)),
-        h("td", { class: "worst", "data-label": "Finding" }, worst(asset))))))),
+      h("tbody", null, sorted.map((asset) => h("tr", { class: asset.ending },
+        h("td", null, h("a", { class: "pair", href: `#asset=${asset.number}` }, h("span", { class: "name" }, asset.name))),
+        h("td", { class: "result-cell" }, chip(asset.ending)),
+        h("td", { class: "worst" }, worst(asset))))))),
   ];
 }
 

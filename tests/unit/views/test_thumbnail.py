@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from meshcone.appearance.paint import Paint
 from meshcone.files import MeshFile
 from meshcone.options import parse_options
-from meshcone.surface import Frame, Mesh
+from meshcone.surface import Mesh
+from meshcone.verbs.audit import examination
 from meshcone.verbs.measure import measurement
-from meshcone.views.scene import Scene, Surface
+from meshcone.verbs.refine import refine
 from meshcone.views.thumbnail import SIZE, thumbnail_webp
 from tests import shapes
 from tests.painted import encoded, painted, picture
@@ -21,19 +23,9 @@ from worker.run import artifacts
 FEW = {"quality": {"samples": 64, "emd_samples": 16, "curvature_samples": 16}}
 
 
-def scene_of(mesh: Mesh, refined: Mesh | None = None) -> Scene:
-    """A scene of a mesh against itself."""
-    bare = [
-        None if each is None else Surface(each, np.zeros(len(each.vertices)))
-        for each in (mesh, refined)
-    ]
-    assert bare[0] is not None
-    return Scene(Frame(np.zeros(3), 1.0), bare[0], bare[1], bare[0])
-
-
-def pixels(scene: Scene) -> np.ndarray:
+def pixels(mesh: Mesh, paint: Paint | None = None) -> np.ndarray:
     """(h, w, 4) of its thumbnail."""
-    data = thumbnail_webp(scene)
+    data = thumbnail_webp(mesh, paint)
     assert data is not None
     return np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"))
 
@@ -43,7 +35,7 @@ def ball(radius: float = 1.0) -> Mesh:
 
 
 def test_it_fills_the_picture_and_leaves_the_ground_clear() -> None:
-    opaque = pixels(scene_of(ball()))[..., 3] > 127
+    opaque = pixels(ball())[..., 3] > 127
 
     assert opaque.shape == (SIZE, SIZE)
     # A disc that touches the margin: pi/4 of the square of its diameter.
@@ -52,23 +44,34 @@ def test_it_fills_the_picture_and_leaves_the_ground_clear() -> None:
 
 
 def test_its_size_does_not_change_what_is_seen() -> None:
-    one, other = pixels(scene_of(ball(1e-3))), pixels(scene_of(ball(50.0)))
+    one, other = pixels(ball(1e-3)), pixels(ball(50.0))
 
     assert np.abs(one.astype(int) - other).max() <= 8  # rounded elsewhere, and compressed
 
 
-def test_the_refined_mesh_is_shown_where_there_is_one() -> None:
-    vertices, faces = shapes.sphere(3, 1.0)
-    flat = Mesh(vertices * [1.0, 0.2, 1.0], faces)
+def test_where_it_lies_does_not_change_what_is_seen() -> None:
+    mesh = ball()
+    moved = Mesh(mesh.vertices + np.array([1e4, -2e4, 3e4]), mesh.faces)
 
-    shown = pixels(scene_of(ball(), flat))
+    assert np.abs(pixels(mesh).astype(int) - pixels(moved)).max() <= 8
 
-    assert np.array_equal(shown, pixels(scene_of(flat)))
-    assert not np.array_equal(shown, pixels(scene_of(ball())))
+
+def test_a_job_shows_the_refined_mesh_where_there_is_one() -> None:
+    vertices, faces = shapes.sphere(2)
+    reference = MeshFile("ball.obj", shapes.obj(vertices, faces))
+    source = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices, 0.2), faces))
+    done = refine(source, reference, parse_options({**FEW, "effort": "fast"}))
+    assert done.report.outcome == "improved"
+    assert done.scene.refined is not None
+
+    stored = artifacts.of_refinement("rough.obj", done).files["thumbnail"].data
+
+    assert stored == thumbnail_webp(done.scene.refined.mesh)
+    assert stored != thumbnail_webp(done.scene.input.mesh)
 
 
 def test_light_comes_from_the_left_and_above() -> None:
-    shown = pixels(scene_of(ball()))[..., :3].astype(float).mean(axis=-1)
+    shown = pixels(ball())[..., :3].astype(float).mean(axis=-1)
     quarter, rest = SIZE // 4, SIZE - SIZE // 4
 
     assert shown[quarter, quarter] > shown[rest, rest] + 30
@@ -78,17 +81,17 @@ def test_faces_are_seen_whichever_way_they_are_turned() -> None:
     mesh = ball()
     turned = Mesh(mesh.vertices, mesh.faces[:, ::-1])
 
-    assert np.array_equal(pixels(scene_of(mesh)), pixels(scene_of(turned)))
+    assert np.array_equal(pixels(mesh), pixels(turned))
 
 
 def test_colours_are_shown_once_their_images_are_decoded() -> None:
     file = MeshFile("a.gltf", painted(encoded(picture())))
     scene = measurement(file, file, parse_options(FEW)).scene
     assert scene.paints is not None
-    plain = pixels(Scene(scene.frame, scene.input, scene.refined, scene.reference))
+    plain = pixels(scene.input.mesh)
 
     assert scene.paints[0].is_at_hand  # comparing colours has decoded them
-    coloured = pixels(scene)
+    coloured = pixels(scene.input.mesh, scene.paints[0])
 
     def spread(image: np.ndarray) -> float:
         channels = image[image[..., 3] > 200][:, :3].astype(float)
@@ -99,11 +102,11 @@ def test_colours_are_shown_once_their_images_are_decoded() -> None:
 
 @pytest.mark.parametrize("vertices", [np.zeros((3, 3)), np.full((3, 3), 2.0)])
 def test_what_has_no_extent_has_no_picture(vertices: np.ndarray) -> None:
-    assert thumbnail_webp(scene_of(Mesh(vertices, np.array([[0, 1, 2]])))) is None
+    assert thumbnail_webp(Mesh(vertices, np.array([[0, 1, 2]]))) is None
 
 
 def test_no_job_fails_because_it_cannot_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(_: Scene) -> bytes:
+    def broken(*_: object) -> bytes:
         raise ZeroDivisionError
 
     file = MeshFile("ball.obj", shapes.obj(*shapes.sphere(1)))
@@ -114,3 +117,13 @@ def test_no_job_fails_because_it_cannot_be_drawn(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(artifacts, "thumbnail_webp", broken)
 
     assert set(artifacts.of_measurement("ball.obj", done).files) == {"report", "preview", "heatmap"}
+
+
+def test_an_audit_leaves_one_too_and_decodes_no_image_for_it() -> None:
+    file = MeshFile("a.gltf", painted(encoded(picture())))
+    found = examination(file, None, parse_options({"mode": "audit"}))
+
+    stored = artifacts.of_audit("a.gltf", found).files["thumbnail"].data
+
+    assert not found.paint.is_at_hand
+    assert stored == thumbnail_webp(found.mesh)
