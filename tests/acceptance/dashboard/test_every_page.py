@@ -147,6 +147,8 @@ def test_what_got_worse_comes_first_and_its_last_two_runs_stand_side_by_side(
     expect(first.locator(".dot.bad").first).to_be_visible()
     expect(page.locator(".asset").nth(1).locator(".dot.bad")).to_have_count(0)
     keep_picture(page, "compare", height=900)
+    first.get_by_text("8 more values").click()
+    expect(first.locator(".trend-chart")).to_have_count(12)
 
     first.get_by_role("link", name="Last two side by side").click()
     page.wait_for_selector("[data-ready]")

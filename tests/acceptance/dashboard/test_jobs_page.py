@@ -148,6 +148,27 @@ def test_chosen_jobs_are_canceled_sent_again_and_deleted_together(
     assert client.jobs(label="many at once").jobs == []
 
 
+def test_older_jobs_are_shown_on_demand_and_chosen_with_the_others(
+    page: Page, client: Client, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    client.submit(hold.mesh(rough_ball), ball)  # keeps the one worker from what comes here
+    corner = MeshFile("corner.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    for _ in range(51):
+        client.submit(corner, None, {"mode": "audit"}, labels=["more than fit"])
+    page.goto("/?label=more+than+fit")
+    rows = page.locator("#rows tr[data-id]")
+    expect(rows).to_have_count(50)
+
+    page.get_by_role("button", name="Show more").click()
+    expect(rows).to_have_count(51)
+    expect(page.get_by_role("button", name="Show more")).to_be_hidden()
+    page.get_by_label("Choose all").check()
+    page.get_by_role("button", name="Cancel", exact=True).click()
+    expect(page.get_by_text("51 jobs canceled.")).to_be_visible(timeout=60_000)
+
+    assert client.delete_all("more than fit").deleted == 51
+
+
 def test_options_are_asked_for_as_the_schema_describes_them(
     page: Page, client: Client, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
@@ -161,7 +182,7 @@ def test_options_are_asked_for_as_the_schema_describes_them(
         "unit"
     ).select_option("model")
     expect(page.locator("#options-count")).to_have_text("2 changed")
-    keep_picture(page, "options", height=1000)
+    keep_picture(page, "options")
     page.get_by_label("Label").first.fill("chosen options")
     page.get_by_role("button", name="Start the job").click()
     expect(page.get_by_role("link", name="Watch this job")).to_be_visible()
