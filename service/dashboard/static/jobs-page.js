@@ -9,7 +9,7 @@ import { Selection } from "meshcone/selection";
 import { startSubmitting } from "meshcone/submit";
 
 const rows = byId("rows");
-const selection = new Selection(rows);
+const selection = new Selection(rows, lookAgain);
 const drawn = new WeakMap();  // a job that has not changed keeps its row
 let jobs = [];
 let older = [];
@@ -95,6 +95,13 @@ async function start() {
     rows.replaceChildren();
     byId("jobs-state").replaceChildren(alertOf(error, " ", h("button", { type: "button", onclick: start }, "Try again")));
   }
+}
+
+/** Older jobs are not followed: look at those of them that something was done with. */
+async function lookAgain(ids) {
+  const looked = await Promise.all(older.map((job) => (ids.has(job.id) ? getJson(`/v1/jobs/${job.id}`).catch((error) => (error.status === 404 ? null : job)) : job)));
+  older = looked.filter(Boolean);
+  show();
 }
 
 async function showOlder() {

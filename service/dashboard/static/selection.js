@@ -31,9 +31,13 @@ const ACTIONS = [
 ];
 
 export class Selection {
-  /** @param {Element} rows the table's body: a row has its job's id, and a checkbox of ours */
-  constructor(rows) {
+  /**
+   * @param {Element} rows the table's body: a row has its job's id, and a checkbox of ours
+   * @param {Function} onDone told of the ids of jobs after something was done with them
+   */
+  constructor(rows, onDone) {
     this.rows = rows;
+    this.onDone = onDone;
     this.jobs = [];
     this.chosen = new Set();
     this.last = null;
@@ -123,6 +127,7 @@ export class Selection {
     };
     await Promise.all(Array.from({ length: AT_A_TIME }, work));
     this.choose(jobs, false);
+    this.onDone(new Set(jobs.map(({ id }) => id)));
     byId("sent").replaceChildren(
       h("p", { class: `notice ${failures.length ? "error" : "good"}` }, `${jobsInWords(jobs.length - failures.length)} ${action.done}.`,
         failures.length > 0 && ` ${failures.length} not: ${failures[0]}`));

@@ -165,6 +165,7 @@ def test_older_jobs_are_shown_on_demand_and_chosen_with_the_others(
     page.get_by_label("Choose all").check()
     page.get_by_role("button", name="Cancel", exact=True).click()
     expect(page.get_by_text("51 jobs canceled.")).to_be_visible(timeout=60_000)
+    expect(rows.locator(".chip.canceled")).to_have_count(51)
 
     assert client.delete_all("more than fit").deleted == 51
 
