@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 VALIDATOR := $(VENV)/node_modules/gltf-validator/package.json
 AUDIT := $(VENV)/audit/bin/python
 SITE := $(VENV)/site/bin/zensical
+COVERAGE := $(VENV)/.installed-coverage
 GENERATORS := $(VENV)/generators/.installed
 CHART := $(VENV)/chart/.installed
 STAMP := $(VENV)/.installed
@@ -12,7 +13,7 @@ TOOLS := $(VENV)/.installed-tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test check unit fuzz openapi references audit validator generators chart browser screenshots site wheel wheels clean
+.PHONY: demo test check unit fuzz openapi references audit validator generators chart browser screenshots site wheel wheels coverage clean
 
 demo: $(STAMP)
 	$(BIN)/meshcone demo
@@ -63,6 +64,21 @@ site: $(SITE)
 $(SITE):
 	$(PYTHON) -m venv $(VENV)/site
 	$(VENV)/site/bin/python -m pip install --quiet --disable-pip-version-check zensical==0.0.73
+
+# Branch coverage of all tests, in the processes they start too. It takes twice the time of the tests.
+coverage: $(COVERAGE)
+	rm -rf .coverage
+	mkdir .coverage
+	$(BIN)/coverage run -m pytest -n 2 --dist loadfile tests --ignore=$(CONTRACT)
+	$(BIN)/coverage run -m pytest $(CONTRACT)
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report --include 'meshcone/*' --skip-covered --fail-under 95
+	$(BIN)/coverage report --include 'worker/*' --skip-covered --fail-under 90
+	$(BIN)/coverage report --include 'service/*' --skip-covered --fail-under 90
+
+$(COVERAGE): $(TOOLS)
+	$(INSTALL) coverage==7.17.5
+	touch $@
 
 # What is published, in dist: sdist, wheel and bill of materials. The wheel is installed into an empty
 # environment and tried there by the demo.
@@ -127,4 +143,4 @@ $(TOOLS): $(STAMP)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info service/dashboard/site .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist *.egg-info service/dashboard/site .pytest_cache .coverage .mypy_cache .ruff_cache .hypothesis
