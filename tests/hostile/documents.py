@@ -38,6 +38,7 @@ CASES = [
     _input("no asset", b"{}", "/asset", "'asset' is missing"),
     _input("glTF 1.0", b'{"asset": {"version": "1.0"}}', "/asset/version", "'1.0'; expected 2.0"),
     _input("version no text", b'{"asset": {"version": []}}', "/asset/version", "a finite number"),
+    _input("version null", b'{"asset": {"version": null}}', "/asset/version", "version ''"),
     _input(
         "needs a later version",
         b'{"asset": {"version": "2.1", "minVersion": "2.1"}}',

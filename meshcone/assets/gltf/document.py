@@ -132,5 +132,7 @@ def _check_version(root: Element) -> None:
 
 def _version(asset: Element) -> str:
     """What a file says of its version; some exporters write a number, and viewers read that."""
-    stated = asset.value.get("version", "")
-    return stated if isinstance(stated, str) else f"{asset.number('version'):.1f}"
+    if isinstance(asset.value.get("version"), str):
+        return asset.text("version") or ""
+    number = asset.number("version")
+    return "" if number is None else f"{number:.1f}"
