@@ -2,6 +2,7 @@
 
 import { checker, cornersOf } from "meshcone/corners";
 import { scaleBytes } from "meshcone/palette";
+import { surfaceMaterial } from "meshcone/surface-material";
 
 const SHAPE = 0xb9c4c8;
 const OVERLAID = 0x0b8896;
@@ -10,13 +11,8 @@ export class Drawn {
   constructor(THREE, surface) {
     this.THREE = THREE;
     this.scene = new THREE.Scene();
-    // As camera light: what is looked at is never in the dark.
-    this.light = new THREE.DirectionalLight(0xffffff, 0.62);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9aa4ae, 0.5), this.light, this.light.target);
-    // Flat: facets, not an impression of smoothness, are what is judged here.
-    const flat = { flatShading: true, specular: 0, shininess: 0, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    this.material = new THREE.MeshPhongMaterial({ ...flat, color: SHAPE });
-    this.veil = new THREE.MeshPhongMaterial({ ...flat, color: OVERLAID, transparent: true, opacity: 0.42, depthWrite: false });
+    this.material = surfaceMaterial(THREE, SHAPE);
+    this.veil = surfaceMaterial(THREE, OVERLAID, 0.42);
     this.lines = new THREE.MeshBasicMaterial({ color: 0x10202a, wireframe: true, transparent: true, opacity: 0.38 });
     this.replace(surface);
   }
@@ -37,15 +33,15 @@ export class Drawn {
 
   /** Colour by values, by an image at the corners ("skin" or "uv"), or plainly, as far as there are any. */
   colour(name, scale) {
-    this.material.map?.dispose();
-    this.material.map = null;
+    this.map?.dispose();
+    this.map = null;
     if (this.mesh.geometry !== this.shared) this.mesh.geometry.dispose();
     this.mesh.geometry = this.shared;
     const found = this.surface[name] ?? null;
     if (found && scale) this.#values(found, scale);
     else if (found) this.#image(name, found);
-    this.material.color.set(this.material.map ? 0xffffff : SHAPE);
-    this.material.needsUpdate = true;
+    this.material.uniforms.map.value = this.map;
+    this.material.uniforms.mapped.value = this.map !== null;
     this.isolate(this.part);
   }
 
@@ -56,8 +52,8 @@ export class Drawn {
   #values(values, scale) {
     const { BufferAttribute, DataTexture } = this.THREE;
     const bytes = scaleBytes(scale);
-    this.material.map = new DataTexture(bytes, bytes.length / 4, 1);
-    this.material.map.needsUpdate = true;
+    this.map = new DataTexture(bytes, bytes.length / 4, 1);
+    this.map.needsUpdate = true;
     const places = new Float32Array(2 * values.length).fill(0.5);
     for (let index = 0; index < values.length; index += 1) places[2 * index] = Math.min(Math.max((values[index] - scale.low) / (scale.top - scale.low), 0), 1);
     this.shared.setAttribute("uv", new BufferAttribute(places, 2));
@@ -78,7 +74,7 @@ export class Drawn {
     if (name === "uv") map.wrapS = map.wrapT = RepeatWrapping;
     else map.generateMipmaps = false;
     map.minFilter = name === "uv" ? map.minFilter : LinearFilter;
-    this.material.map = map;
+    this.map = map;
   }
 
   /** Draw one part alone, which may be nothing here; or, for null, all. */

@@ -6,6 +6,7 @@ import { dateTime, number, seconds } from "meshcone/format";
 import { filesCard, inputsCard, repeatCard } from "meshcone/job-files";
 import { chip, hasEnded, projectTag, stageWords, waitWords } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
+import { runAgainButton } from "meshcone/run-again";
 
 const id = decodeURIComponent(location.pathname.split("/").at(-1));
 const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -15,7 +16,7 @@ const leaving = new AbortController();
 function title(job) {
   const took = job.started && job.finished ? `took ${seconds((new Date(job.finished) - new Date(job.started)) / 1000)}` : null;
   const actions = hasEnded(job)
-    ? h("button", { type: "button", class: "danger quiet", onclick: remove }, "Delete")
+    ? h("div", { class: "row" }, runAgainButton(job), h("button", { type: "button", class: "danger quiet", onclick: remove }, "Delete"))
     : h("button", { type: "button", onclick: cancel }, "Cancel");
   return h("div", { class: "title-row" },
     h("div", { class: "grow" },

@@ -45,35 +45,40 @@ function list(text) {
   }
 }
 
-/** An input for a value, and how to read it: undefined where it is left as it is. */
+/** An input for a value, how to read it (undefined where it is left as it is) and how to fill it in. */
 function control(schema, id) {
   if (schema.enum) {
     const select = h("select", { id }, schema.enum.map((each) => h("option", { value: each, selected: each === schema.default }, each)));
-    return { element: select, read: () => select.value };
+    return { element: select, read: () => select.value, write: (value) => { select.value = value; } };
   }
   if (schema.type === "boolean") {
     const box = h("input", { id, type: "checkbox", checked: schema.default === true });
-    return { element: box, read: () => box.checked };
+    return { element: box, read: () => box.checked, write: (value) => { box.checked = value; } };
   }
   if (isLength(schema)) {
     const input = h("input", { id, type: "number", step: "any", min: "0", placeholder: "not set" });
     const unit = h("select", { "aria-label": "unit" }, h("option", { value: "relative" }, "of the radius"), h("option", { value: "model" }, "model units"));
-    return { element: h("div", { class: "pair" }, input, unit), read: () => (input.value === "" ? undefined : { [unit.value]: Number(input.value) }) };
+    return {
+      element: h("div", { class: "pair" }, input, unit),
+      read: () => (input.value === "" ? undefined : { [unit.value]: Number(input.value) }),
+      write: (value) => { [[unit.value, input.value]] = Object.entries(value); },
+    };
   }
+  const filled = (input, read) => ({ element: input, read: () => (input.value.trim() === "" ? undefined : read(input.value.trim())), write: (value) => { input.value = written(value); } });
   if (schema.type === "number" || schema.type === "integer") {
     const input = h("input", {
       id, type: "number", step: schema.type === "integer" ? "1" : "any", placeholder: written(schema.default) || "not set",
       min: String(schema.minimum ?? schema.exclusiveMinimum ?? ""), max: String(schema.maximum ?? ""),
     });
-    return { element: input, read: () => (input.value === "" ? undefined : Number(input.value)) };
+    return filled(input, Number);
   }
   if (schema.type === "array") {
     const input = h("input", { id, placeholder: written(schema.default) || "none", autocomplete: "off" });
-    return { element: input, read: () => (input.value.trim() === "" ? undefined : list(input.value)) };
+    return filled(input, list);
   }
   if (schema.type === "string") {
     const input = h("input", { id, type: "text", placeholder: written(schema.default) || "not set", autocomplete: "off" });
-    return { element: input, read: () => (input.value.trim() === "" ? undefined : input.value.trim()) };
+    return filled(input, String);
   }
   const area = h("textarea", { id, rows: "4", spellcheck: "false", placeholder: '{"point_to_surface.p95": {"max": 0.002}}' });
   return {
@@ -83,13 +88,24 @@ function control(schema, id) {
       if (area.value.trim() === "") return undefined;
       try { return JSON.parse(area.value); } catch { area.setCustomValidity("this is no JSON"); area.reportValidity(); throw new Error("the options hold something that is no JSON"); }
     },
+    write: (value) => { area.value = JSON.stringify(value, null, 1); },
   };
 }
 
+/** The value at a path of a nested document; undefined if there is none. */
+const at = (document, path) => path.reduce((section, name) => section?.[name], document);
+
+function put(document, path, value) {
+  let section = document;
+  for (const name of path.slice(0, -1)) section = section[name] ??= {};
+  section[path.at(-1)] = value;
+}
+
 class Form {
-  constructor(schema, onChange) {
+  constructor(schema, onChange, given) {
     this.schema = schema;
     this.onChange = onChange;
+    this.given = given;
     this.fields = [];
   }
 
@@ -107,7 +123,9 @@ class Form {
 
   field(schema, path) {
     const id = `option-${path.join("-")}`;
-    const { element, read } = control(schema, id);
+    const { element, read, write } = control(schema, id);
+    const given = at(this.given, path);
+    if (given !== undefined && given !== null) write(given);
     const limits = range(schema);
     const wrapper = h("div", { class: "field" },
       h("label", { for: id }, h("span", { class: "name" }, path.at(-1).replaceAll("_", " "))),
@@ -119,29 +137,30 @@ class Form {
       wrapper.classList.toggle("changed", value !== undefined && !same(value, schema.default));
       this.onChange(this.fields.filter((field) => field.wrapper.classList.contains("changed")).length);
     };
-    wrapper.addEventListener("input", changed);
-    this.fields.push({ path, read, wrapper, schema });
+    const field = { path, read, wrapper, schema, given, touched: false };
+    wrapper.addEventListener("input", () => { field.touched = true; changed(); });
+    this.fields.push(field);
+    if (given !== undefined) changed();
     return wrapper;
   }
 
   /** The options that differ from their defaults, nested. */
   value() {
     const document = {};
-    for (const { path, read, schema } of this.fields) {
-      const value = read();
-      if (value === undefined || same(value, schema.default)) continue;
-      let section = document;
-      for (const name of path.slice(0, -1)) section = section[name] ??= {};
-      section[path.at(-1)] = value;
+    for (const { path, read, schema, given, touched } of this.fields) {
+      // What was given and not touched stays as it is, in whatever form it came.
+      const value = touched ? read() : given;
+      if (value === undefined || (touched && same(value, schema.default))) continue;
+      put(document, path, value);
     }
     return document;
   }
 }
 
-/** Build the form from the schema of the API's description. */
-export async function optionsForm(onChange) {
+/** Build the form from the schema of the API's description, filled in with some options. */
+export async function optionsForm(onChange, given = {}) {
   const schema = new Schema(await getJson("/openapi.json"));
-  const form = new Form(schema, onChange);
+  const form = new Form(schema, onChange, given);
   const root = schema.resolve({ $ref: "#/components/schemas/Options" });
   return { form: form.section(root, [], ""), value: () => form.value() };
 }

@@ -28,6 +28,7 @@ function paintScale(context, scale, { words, from, to }, top, width) {
  */
 export function savePicture(viewer, { name, labels, legend }) {
   const { canvas } = viewer;
+  viewer.draw();
   const ratio = viewer.renderer.getPixelRatio();
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const picture = h("canvas", { width: Math.round(width * ratio), height: Math.round((height + (legend ? STRIP : 0)) * ratio) });
@@ -36,7 +37,6 @@ export function savePicture(viewer, { name, labels, legend }) {
   const style = getComputedStyle(canvas.parentElement);
   context.fillStyle = style.backgroundColor;
   context.fillRect(0, 0, width, height + STRIP);
-  viewer.draw();
   context.drawImage(canvas, 0, 0, width, height);
   context.fillStyle = style.color;
   context.font = `600 14px ${style.fontFamily}`;

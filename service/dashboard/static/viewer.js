@@ -6,6 +6,7 @@ import { paneAt, panesOf } from "meshcone/panes";
 
 const LINE = 0xff2d95;
 const BLINK = 700;  // milliseconds for each of the two
+const REST = 120;  // milliseconds without a change, after which the picture is drawn smoothly
 
 export class Viewer {
   /**
@@ -18,7 +19,7 @@ export class Viewer {
     this.canvas = canvas;
     this.names = ["input", "refined", "reference"].filter((name) => preview.surfaces[name]);
     this.drawn = Object.fromEntries(this.names.map((name) => [name, new Drawn(THREE, preview.surfaces[name])]));
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, alpha: true });
     this.renderer.setScissorTest(true);
     this.renderer.autoClear = false;
     this.orbit = new OrbitCamera(THREE, canvas, () => this.redraw());
@@ -115,24 +116,32 @@ export class Viewer {
     return hit ? hit.point.toArray() : null;
   }
 
+  /** Draw with the next picture of the screen, and once more, smoothly, when all is at rest. */
   redraw() {
     if (this.waiting) return;
     this.waiting = true;
+    this.canvas.dataset.rest = "false";
+    clearTimeout(this.resting);
     requestAnimationFrame((now) => {
       this.waiting = false;
       const goesOn = this.orbit.advance(now);
-      this.draw();
+      this.draw(1);
       if (goesOn) this.redraw();
+      else this.resting = setTimeout(() => { this.draw(2); this.canvas.dataset.rest = "true"; }, REST);
     });
   }
 
-  /** Draw now; what the canvas holds can be read until the browser shows it. */
-  draw() {
+  /**
+   * Draw now; what the canvas holds can be read until the browser shows it.
+   * @param {number} finer pixels for one of a plain screen, along either axis: two smooth the edges
+   */
+  draw(finer = 2) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
+    const ratio = Math.min(Math.max(devicePixelRatio, finer), 2);
     const size = this.renderer.getSize(new this.THREE.Vector2());
-    if (size.x !== width || size.y !== height) {
-      this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
+      this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(width, height, false);
     }
     const panes = this.panes();
@@ -145,8 +154,6 @@ export class Viewer {
       this.renderer.clear();
       for (const [layer, name] of names.entries()) {
         const drawn = this.drawn[name];
-        drawn.light.position.copy(camera.position);
-        drawn.light.target.position.copy(this.orbit.target);
         drawn.veiled(layer > 0);
         this.renderer.render(drawn.scene, camera);
       }

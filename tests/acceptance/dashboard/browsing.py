@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
-from playwright.sync_api import Browser, FrameLocator, Locator, Page, Playwright, Request
+from playwright.sync_api import Browser, FrameLocator, Locator, Page, Playwright, Request, expect
 
 DESKTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
@@ -96,7 +96,9 @@ def open_tab(page: Page | FrameLocator, name: str) -> None:
 
 
 def pixels(element: Locator) -> NDArray[np.float64]:
-    """What an element looks like, (height, width, 3) in [0, 255]."""
+    """What an element looks like, (height, width, 3) in [0, 255], once the meshes are at rest."""
+    for frame in element.page.frames:
+        expect(frame.locator("canvas[data-rest=false]")).to_have_count(0)
     image = Image.open(io.BytesIO(element.screenshot(animations="disabled"))).convert("RGB")
     return np.asarray(image, dtype=np.float64)
 
