@@ -6,6 +6,7 @@ import abc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 from weakref import ReferenceType, ref
 
 import numpy as np
@@ -134,6 +135,10 @@ class Asset(abc.ABC):
     def counts(self) -> AssetCounts:
         """The file's sizes."""
         return self._counts
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process; what is read at need is read there anew."""
+        return self.__dict__ | {"_content": None}
 
     def content(self) -> Content:
         """All that the file holds besides its surface; read anew where nobody has it any more.
