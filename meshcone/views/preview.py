@@ -40,7 +40,7 @@ def preview_glb(scene: Scene, most_faces: int = PREVIEW_FACES) -> bytes:
     :func:`meshcone.views.light.simplified` says what becomes of the others.
     """
     light = simplified(scene, most_faces)
-    side = 1 << int(np.log2(most_faces * _TEXELS) / 2)
+    side = 1 << round(np.log2(most_faces * _TEXELS) / 2)
     parts = light.parts or (None, None)
     paints = scene.paints or (None, None)
     leading = scene.refined or scene.input
@@ -115,9 +115,9 @@ class _Builder:
         return _Triangles(self.glb.add_indices(mesh.faces[order]), extras)
 
     def _skin(self, mesh: Mesh, origin: Origin) -> dict[str, int]:
-        # Of triangles in one colour each, the smallest patches show all there is.
-        enough = 1 << int(np.ceil(np.log2(8 * max(len(mesh.faces), 8)) / 2))
-        skin = skin_of(mesh, origin, self.side if origin.paint.varies else min(enough, self.side))
+        # In this one the smallest patches have room, which show all there is of plain triangles.
+        least = 1 << int(np.ceil(np.log2(8 * max(len(mesh.faces), 8)) / 2))
+        skin = skin_of(mesh, origin, max(self.side, least) if origin.paint.varies else least)
         self.images.append({"bufferView": self.glb.add_file(skin.image), "mimeType": "image/jpeg"})
         return {
             "image": len(self.images) - 1,

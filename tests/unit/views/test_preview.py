@@ -187,3 +187,17 @@ def test_a_textured_surface_has_its_colours_and_coordinates_at_every_corner() ->
     drawn = [len(np.unique(corners, axis=0)) == 3 for corners in places]  # not those at the poles
     expected = arrays["TEXCOORD_0"][arrays["faces"][drawn].ravel()]
     assert written == pytest.approx(expected, abs=1e-4)
+
+
+def test_there_is_room_for_the_colours_of_as_many_triangles_as_a_preview_has() -> None:
+    arrays = globe(64, 24)
+    file = MeshFile("globe.gltf", painted(encoded(picture()), arrays))
+    scene = measurement(file, file, Options()).scene
+
+    document, binary = read_glb(preview_glb(scene, len(arrays["faces"])))
+
+    skin = document["meshes"][0]["extras"]["skin"]
+    corners = accessor(document, binary, skin["corners"])
+    assert len(corners) == 3 * len(scene.input.mesh.faces)
+    assert 8 * len(scene.input.mesh.faces) <= skin["side"] ** 2
+    assert corners.max() < skin["side"]
