@@ -82,11 +82,11 @@ $(COVERAGE): $(TOOLS)
 
 # What is published, in dist: sdist, wheel and bill of materials. The wheel is installed into an empty
 # environment and tried there by the demo.
-wheel:
+wheel: site
 	$(PYTHON) .ci/wheel $(PYTHON)
 
 # The same with every Python it is said to work with, as far as they are on this machine.
-wheels:
+wheels: site
 	$(PYTHON) .ci/wheel python3.11 python3.12 python3.13 python3.14
 
 # Khronos' glTF validator, which some tests ask; without it, and outside CI, they are skipped.
