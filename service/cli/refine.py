@@ -77,6 +77,8 @@ def command(
         refined = refine_loaded(source_file, reference_file, options, progress=show)
     refined.save(out, report=report, html=html)
     done = refined.report
+    if done.statement is not None and not quiet:
+        typer.echo(done.statement)
     for warning in done.warnings:
         typer.echo(f"warning        {warning}", err=True)
     lines = missed_lines(done.model_dump(include=set(MISSED_SECTIONS)))
@@ -100,8 +102,6 @@ def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
     proof = kept_words(report)
     if certificate is not None:
         proof = "holds" if certificate["holds"] else "does not hold"
-    if report["statement"] is not None:
-        typer.echo(report["statement"])
     typer.echo(outcome_line(report))
     if report["detail"] is not None:
         found = report["detail"]
