@@ -26,6 +26,7 @@ class OptionKeywords(TypedDict, total=False):
     lod: int
     of_reference: Mapping[str, Any]
     draco: Literal["plain", "encode"]
+    meshopt: Literal["plain", "encode"]
     select: Mapping[str, Any]
     seed: int
     baselines: bool

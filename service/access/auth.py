@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from service.settings import ServiceSettings
 
 _PUBLIC = frozenset({"/livez", "/readyz", "/openapi.json"})
-# The pages hold nothing of any job: their scripts ask for that, with the key of whoever looks.
-_PAGES = re.compile(r"/|/(jobs|static)/[^/]+|/compare|/docs|/favicon\.ico")
+# The documentation and the pages hold nothing of any job: scripts of the pages ask for that, with
+# the key of whoever looks.
+_PAGES = re.compile(r"/|/(jobs|static)/[^/]+|/compare|/docs|/help(/.*)?|/favicon\.ico")
 _UPLOADS = "/v1/blobs/"
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _REALM = 'Bearer realm="meshcone"'

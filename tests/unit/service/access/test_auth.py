@@ -34,6 +34,7 @@ def guarded(tmp_path: Path) -> Iterator[TestClient]:
         ("GET", "/livez", None),
         ("GET", "/readyz", None),
         ("GET", "/openapi.json", None),
+        ("GET", "/help/gates/", None),
         ("GET", "/metrics", "read"),
         ("POST", "/v1/jobs", "submit"),
         ("GET", "/v1/jobs", "read"),
