@@ -93,6 +93,9 @@ BENCHMARKS = (
     Benchmark("service", "How soon a job is accepted", "accepting", "--jobs 10 --at-once 5"),
     Benchmark("batch", "A batch by URL while workers are killed", quick="100 --kills 2"),
     Benchmark(
+        "pages", "What a job's page costs a browser", quick="--repeats 1", modules=("playwright",)
+    ),
+    Benchmark(
         "viewers",
         "Libraries that draw a mesh in a browser",
         quick="--repeats 1",

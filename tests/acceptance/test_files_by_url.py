@@ -4,42 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx2
-import pytest
 
 from meshcone.files import MeshFile
 from service.client import Client, LinkedFile, OutputPlace
 from service.stack import Stack
 from tests.acceptance.test_submit import meshcone
-from tests.integration.file_server import FileServer, file_server
+from tests.integration.file_server import FileServer
 from tests.integration.waiting import wait_for
-from worker.settings import WorkerSettings
 
 MEASURE = {"mode": "measure", "quality": {"samples": 256, "emd_samples": 64}}
-
-
-@pytest.fixture
-def server() -> Iterator[FileServer]:
-    with file_server() as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def fetching(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """A service that may fetch from this machine."""
-    directory = tmp_path_factory.mktemp("fetching")
-    running = Stack(WorkerSettings(data_dir=directory), log=directory / "log")
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("MESHCONE_TRANSFER_PRIVATE_ADDRESSES", "true")
-        running.start()  # whatever else starts while it lives is to have no such environment
-    try:
-        yield running
-    finally:
-        running.stop()
 
 
 def sent(stack: Stack, document: dict[str, Any]) -> dict[str, Any]:
