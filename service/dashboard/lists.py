@@ -1,4 +1,4 @@
-"""The newest jobs as pages show them, read once for all pages that look at them."""
+"""The first rows of the table, read once for all pages that look at them."""
 
 from __future__ import annotations
 
@@ -6,37 +6,17 @@ import asyncio
 from collections.abc import AsyncGenerator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
 
 from fastapi.concurrency import run_in_threadpool
 from redis.exceptions import RedisError
 
-from service.api.schemas import ListedJob
-from worker.jobs.index import JobFilter, JobIndex, Order
+from service.dashboard.rows import Row, Rows
+from worker.jobs.index import JobFilter, Order
 
-SHOWN = 50  # jobs, the newest
+SHOWN = 50  # rows, the newest
 INTERVAL = 1.0  # seconds between looks
 READ_AT_MOST = 8  # lists, in an interval: more filters than these are looked at less often
 READ_AT_FIRST = 32  # lists nobody has looked at before, beside those
-
-# What a row of the table is made of: a seventh of a job.
-_ROW: dict[str, Any] = {
-    **dict.fromkeys(
-        ("id", "state", "labels", "project", "created", "mode", "progress", "verdict", "expired"),
-        True,
-    ),
-    "source": {"name"},
-    "reference": {"name"},
-    "error": {"detail"},
-    "links": {"thumbnail"},
-    "summary": {
-        "outcome": True,
-        "radius": True,
-        "worst": True,
-        "metrics": {"point_to_surface.max"},
-    },
-}
 
 
 class UnavailableError(Exception):
@@ -44,24 +24,12 @@ class UnavailableError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """A job of a list; the same object as long as nothing of the job changes."""
-
-    job: ListedJob
-
-    @cached_property
-    def shown(self) -> dict[str, Any]:
-        """What a page is told of it."""
-        return self.job.model_dump(mode="json", include=_ROW)
-
-
-@dataclass(frozen=True, eq=False)
 class Snapshot:
     """A list as it was at a look.
 
     Attributes:
-        rows: by the ids of their jobs, newest first.
-        more: place of the jobs after these; None if there are none.
+        rows: by the ids of their jobs and batches, newest first.
+        more: place of those after these; None if there are none.
         counts: of the jobs of these labels, by state and verdict, whatever else is filtered.
     """
 
@@ -72,7 +40,7 @@ class Snapshot:
     def changed_since(self, seen: Snapshot | None) -> list[Row]:
         """The rows that an earlier snapshot has not, or has otherwise."""
         before = {} if seen is None else seen.rows
-        return [row for job_id, row in self.rows.items() if before.get(job_id) is not row]
+        return [row for name, row in self.rows.items() if before.get(name) is not row]
 
 
 @dataclass(eq=False)
@@ -98,14 +66,12 @@ class LiveLists:
     different filters they have: with many, each is read less often.
 
     Args:
-        index: of the ledger's jobs.
-        result_ttl: seconds the files of a job that has ended are kept; 0 for ever.
+        table: what they are lists of.
         interval: seconds between two looks at one list.
     """
 
-    def __init__(self, index: JobIndex, result_ttl: int, *, interval: float = INTERVAL) -> None:
-        self._index = index
-        self._result_ttl = result_ttl
+    def __init__(self, table: Rows, *, interval: float = INTERVAL) -> None:
+        self._table = table
         self._interval = interval
         self._lists: dict[tuple[JobFilter, Order], _List] = {}
         self._arrived = asyncio.Event()
@@ -193,14 +159,13 @@ class LiveLists:
     def _read(self, followed: _List) -> Snapshot:
         """The list as it is: the last snapshot itself if nothing has changed."""
         wanted, last = followed.wanted, followed.snapshot
-        listing = self._index.page if followed.order == "newest" else self._index.failures_first
-        page = listing(SHOWN, wanted=wanted)
+        page = self._table.page(SHOWN, cursor=None, wanted=wanted, order=followed.order)
         before = {} if last is None else last.rows
         rows: dict[str, Row] = {}
-        for record in page.jobs:
-            job, known = ListedJob.of(record, self._result_ttl), before.get(record.id)
-            rows[record.id] = known if known is not None and known.job == job else Row(job)
-        counts = self._index.tally(wanted.labels, wanted.project)
+        for entry in page.entries:
+            known = before.get(entry.id)
+            rows[entry.id] = known if known is not None and known.entry == entry else Row(entry)
+        counts = self._table.tally(wanted)
         now = Snapshot(rows, page.cursor, counts)
         if last is not None and list(before) == list(rows) and last.counts == counts:
             return now if now.changed_since(last) else last

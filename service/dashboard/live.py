@@ -1,4 +1,4 @@
-"""The list of jobs as server-sent events, so that a page need not ask again and again."""
+"""The table of jobs as server-sent events, so that a page need not ask again and again."""
 
 from __future__ import annotations
 
@@ -10,14 +10,22 @@ from fastapi import Depends, Query, Request, Response
 from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 from pydantic import BaseModel
 
-from service.api.context import ContextDependency
+from service.api.context import Context, ContextDependency
+from service.api.routes.batches import find_batch
 from service.api.routes.events import EventsDependency, PlaceDependency
-from service.api.routes.jobs import NameQuery, OrderQuery, cursor_after
+from service.api.routes.jobs import (
+    CursorQuery,
+    NameQuery,
+    OrderQuery,
+    cursor_after,
+    position_of,
+)
 from service.api.routing import HeadRouter
 from service.api.schemas import LABEL_LENGTH
 from service.api.sender import SenderDependency
 from service.api.streams import events_response
-from service.dashboard.lists import LiveLists, Snapshot, UnavailableError
+from service.dashboard.lists import SHOWN, LiveLists, Snapshot, UnavailableError
+from service.dashboard.rows import Row, Rows
 from worker.jobs.index import JobFilter, Order
 from worker.jobs.records import JobState, Verdict
 
@@ -36,12 +44,48 @@ class _Change(BaseModel):
     counts: Mapping[str, int]
 
 
+class _Rows(BaseModel):
+    """A page of rows."""
+
+    rows: list[dict[str, Any]]
+    more: str | None
+
+
 async def _live_lists(request: Request, context: ContextDependency) -> LiveLists:
     state = request.app.state
     if not hasattr(state, "live_lists"):
-        state.live_lists = LiveLists(context.ledger.index, context.settings.result_ttl)
+        state.live_lists = LiveLists(_table(context))
     lists: LiveLists = state.live_lists
     return lists
+
+
+def _table(context: Context) -> Rows:
+    return Rows(context.ledger.index, context.batches, context.settings.result_ttl)
+
+
+def _wanted(
+    context: ContextDependency,
+    sender: SenderDependency,
+    state: JobState | None = None,
+    verdict: Verdict | None = None,
+    label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
+    name: NameQuery = "",
+    batch: str | None = None,
+) -> JobFilter:
+    """Which jobs are asked for.
+
+    Raises:
+        ProblemError: there is no such batch, or the sender may not know of it.
+    """
+    if batch is not None:
+        find_batch(batch, context, sender)
+    labels = frozenset({label}) if label else frozenset()
+    return JobFilter(
+        state=state, verdict=verdict, labels=labels, name=name, project=sender.view, batch=batch
+    )
+
+
+WantedDependency = Annotated[JobFilter, Depends(_wanted)]
 
 
 @router.get("/dashboard/events", response_class=Response, dependencies=[PlaceDependency])
@@ -49,17 +93,28 @@ async def follow_jobs(
     request: Request,
     events: EventsDependency,
     lists: Annotated[LiveLists, Depends(_live_lists)],
-    sender: SenderDependency,
-    state: JobState | None = None,
-    verdict: Verdict | None = None,
-    label: Annotated[str | None, Query(max_length=LABEL_LENGTH)] = None,
-    name: NameQuery = "",
+    wanted: WantedDependency,
     order: OrderQuery = "newest",
 ) -> Response:
-    """The first of the jobs that are wanted: all of them first, then those that have changed."""
-    labels = frozenset({label}) if label else frozenset()
-    wanted = JobFilter(state=state, verdict=verdict, labels=labels, name=name, project=sender.view)
+    """The first rows of the jobs that are wanted: all first, then those that have changed."""
     return events_response(request, events.streams.until_closed(_changes(lists, wanted, order)))
+
+
+@router.get("/dashboard/rows")
+def older_rows(
+    context: ContextDependency,
+    wanted: WantedDependency,
+    order: OrderQuery = "newest",
+    cursor: CursorQuery = None,
+) -> _Rows:
+    """The rows after a place."""
+    page = _table(context).page(
+        SHOWN, cursor=position_of(cursor, order), wanted=wanted, order=order
+    )
+    return _Rows(
+        rows=[Row(entry).shown for entry in page.entries],
+        more=page.cursor and cursor_after(page.cursor),
+    )
 
 
 async def _changes(lists: LiveLists, wanted: JobFilter, order: Order) -> AsyncGenerator[bytes]:

@@ -20,15 +20,17 @@ from service.dashboard.lists import (
     Snapshot,
     UnavailableError,
 )
+from service.dashboard.rows import Rows
 from service.stack import Stack
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.batches import Batches
 from worker.jobs.index import EVERYTHING, JobFilter
 from worker.jobs.ledger import Ledger
 from worker.settings import WorkerSettings
 
-ASKED_AT_A_LOOK = 2  # for the ids of the first jobs, and for those after them
+ASKED_AT_A_LOOK = 3  # for the ids of the first jobs, for those after them, and for batches
 SILENCE = 60.0  # seconds; longer than any test
 FAST = 0.02  # seconds between looks
 
@@ -48,6 +50,10 @@ def client(own_broker: EmbeddedBroker) -> Iterator[Redis]:
 @pytest.fixture
 def jobs(client: Redis) -> Ledger:
     return Ledger(client)
+
+
+def table(jobs: Ledger, client: Redis) -> Rows:
+    return Rows(jobs.index, Batches(client), 0)
 
 
 def run(scenario: Coroutine[Any, Any, None]) -> None:
@@ -91,19 +97,19 @@ async def following(
         yield told
 
 
-def test_a_page_is_told_the_list_and_then_what_changes(jobs: Ledger) -> None:
+def test_a_page_is_told_the_list_and_then_what_changes(jobs: Ledger, client: Redis) -> None:
     first, second = make_job(), make_job()
     jobs.create(first)
 
     async def scenario() -> None:
-        async with following(LiveLists(jobs.index, 0, interval=FAST)) as told:
+        async with following(LiveLists(table(jobs, client), interval=FAST)) as told:
             before = await told()
             jobs.create(second)
             after = await told()
 
             assert list(before.rows) == [first.id]
             assert set(after.rows) == {first.id, second.id}
-            assert [row.job.id for row in after.changed_since(before)] == [second.id]
+            assert [row.entry.id for row in after.changed_since(before)] == [second.id]
 
     run(scenario())
 
@@ -112,7 +118,7 @@ def test_a_hundred_pages_cost_the_broker_what_one_does(jobs: Ledger, client: Red
     jobs.create(make_job())
 
     async def scenario() -> None:
-        lists = LiveLists(jobs.index, 0, interval=FAST)
+        lists = LiveLists(table(jobs, client), interval=FAST)
         async with AsyncExitStack() as pages:
             told = [await pages.enter_async_context(following(lists)) for _ in range(100)]
             for each in told:
@@ -137,12 +143,12 @@ def test_many_filters_are_read_less_often_and_not_more_at_a_time(
         jobs.create(make_job(str(number)))
 
     async def scenario() -> None:
-        lists = LiveLists(jobs.index, 0, interval=interval)
+        lists = LiveLists(table(jobs, client), interval=interval)
         async with AsyncExitStack() as pages:
             started = time.monotonic()
             told = [await pages.enter_async_context(following(lists, each)) for each in wanted]
             for number, each in enumerate(told):
-                assert [row.job.labels for row in (await each()).rows.values()] == [[str(number)]]
+                assert [row.entry.labels for row in (await each()).rows.values()] == [[str(number)]]
             rounds = (time.monotonic() - started) / interval + 2
             assert looks(client) <= rounds * (READ_AT_MOST + READ_AT_FIRST)
 
@@ -158,7 +164,7 @@ def test_many_filters_are_read_less_often_and_not_more_at_a_time(
 
 def test_nobody_is_asked_once_the_last_page_is_closed(jobs: Ledger, client: Redis) -> None:
     async def scenario() -> None:
-        lists = LiveLists(jobs.index, 0, interval=FAST)
+        lists = LiveLists(table(jobs, client), interval=FAST)
         async with following(lists) as told:
             await told()
         await nobody_is_left()
@@ -170,9 +176,11 @@ def test_nobody_is_asked_once_the_last_page_is_closed(jobs: Ledger, client: Redi
     run(scenario())
 
 
-def test_a_page_that_takes_its_time_is_told_the_newest_and_holds_up_nobody(jobs: Ledger) -> None:
+def test_a_page_that_takes_its_time_is_told_the_newest_and_holds_up_nobody(
+    jobs: Ledger, client: Redis
+) -> None:
     async def scenario() -> None:
-        lists = LiveLists(jobs.index, 0, interval=FAST)
+        lists = LiveLists(table(jobs, client), interval=FAST)
         async with following(lists) as slow, following(lists) as quick:
             before = await slow()
             await quick()
@@ -186,10 +194,10 @@ def test_a_page_that_takes_its_time_is_told_the_newest_and_holds_up_nobody(jobs:
 
 
 def test_every_page_is_told_that_the_broker_is_away(
-    jobs: Ledger, own_broker: EmbeddedBroker
+    jobs: Ledger, client: Redis, own_broker: EmbeddedBroker
 ) -> None:
     async def scenario() -> None:
-        lists = LiveLists(jobs.index, 0, interval=FAST)
+        lists = LiveLists(table(jobs, client), interval=FAST)
         async with following(lists) as first, following(lists) as second:
             await first()
             await second()

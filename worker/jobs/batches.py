@@ -44,6 +44,8 @@ STAGED_SECONDS = 120
 """How long staged jobs outlive the last of them, if no commit follows."""
 
 _AT_ONCE = 100  # jobs a step; the broker does nothing else meanwhile, for some milliseconds
+_STATES: tuple[JobState, ...] = get_args(JobState)
+_VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 _PLAIN = frozenset({"finished", "dropped"})  # fields the scripts write themselves
 
 
@@ -226,19 +228,24 @@ class Batches:
 
     def counts(self, record: BatchRecord) -> BatchCounts:
         """How its jobs stand now; those that are not entered yet count as queued."""
-        states: tuple[JobState, ...] = get_args(JobState)
-        verdicts: tuple[Verdict, ...] = get_args(Verdict)
+        [counts] = self.counts_of([record])
+        return counts
+
+    def counts_of(self, records: Sequence[BatchRecord]) -> list[BatchCounts]:
+        """The same of some batches, asked for at once."""
         with self._client.pipeline(transaction=True) as pipeline:
-            pipeline.llen(_entry(record.id))
-            for state in states:
-                pipeline.zcard(index_of("state", state, batch=record.id))
-            for verdict in verdicts:
-                pipeline.zcard(index_of("verdict", verdict, batch=record.id))
-            waiting, *found = (int(each) for each in pipeline.execute())
-        by_state = dict(zip(states, found, strict=False))
-        by_state["queued"] += waiting
-        by_state["canceled"] += record.dropped
-        return BatchCounts(by_state, dict(zip(verdicts, found[len(states) :], strict=True)))
+            for record in records:
+                pipeline.llen(_entry(record.id))
+                for state in _STATES:
+                    pipeline.zcard(index_of("state", state, batch=record.id))
+                for verdict in _VERDICTS:
+                    pipeline.zcard(index_of("verdict", verdict, batch=record.id))
+            found = [int(each) for each in pipeline.execute()]
+        width = 1 + len(_STATES) + len(_VERDICTS)
+        return [
+            _counted(record, found[start : start + width])
+            for record, start in zip(records, range(0, len(found), width), strict=True)
+        ]
 
     def job_ids(self, batch_id: str, after: str | None = None, count: int = -1) -> list[str]:
         """Ids of a batch's jobs, in the order in which it was sent."""
@@ -263,6 +270,14 @@ def carry_through(batch_id: str, batches: Batches, queue: JobQueue) -> None:
         ready, more = batches.carry_on(batch_id)
         if ready:
             queue.enqueue(*ready)
+
+
+def _counted(record: BatchRecord, found: Sequence[int]) -> BatchCounts:
+    waiting, states, verdicts = found[0], found[1 : 1 + len(_STATES)], found[1 + len(_STATES) :]
+    by_state = dict(zip(_STATES, states, strict=True))
+    by_state["queued"] += waiting
+    by_state["canceled"] += record.dropped
+    return BatchCounts(by_state, dict(zip(_VERDICTS, verdicts, strict=True)))
 
 
 def _entry(batch_id: str) -> str:

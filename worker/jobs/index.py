@@ -48,6 +48,7 @@ class JobFilter:
         project: whose jobs; None for those of all projects.
         name: part of the name of a file that was sent, or of a label, in any case.
         batch: of which batch; None for those of any and of none.
+        alone: those alone that belong to no batch.
         untroubled: those alone that neither failed nor have a verdict ``fail`` or ``not_tested``.
     """
 
@@ -58,22 +59,25 @@ class JobFilter:
     project: str | None = None
     untroubled: bool = False
     batch: str | None = None
+    alone: bool = False
 
     def index(self) -> str:
         """The smallest index certain to hold all of them."""
+        place = (self.project, self.batch)
         if self.labels:
-            return index_of("label", min(self.labels), self.project, self.batch)
+            return index_of("label", min(self.labels), *place, alone=self.alone)
         if self.verdict is not None:
-            return index_of("verdict", self.verdict, self.project, self.batch)
+            return index_of("verdict", self.verdict, *place, alone=self.alone)
         if self.state is not None:
-            return index_of("state", self.state, self.project, self.batch)
-        return all_jobs(self.project, self.batch)
+            return index_of("state", self.state, *place, alone=self.alone)
+        return all_jobs(*place, alone=self.alone)
 
     def admits(self, record: JobRecord) -> bool:
         """Whether a job is meant."""
         return (
             self.project in (None, record.project)
             and self.batch in (None, record.batch)
+            and not (self.alone and record.batch is not None)
             and self.state in (None, record.state)
             and self.verdict in (None, record.verdict)
             and self.labels.issubset(record.labels)
@@ -173,19 +177,24 @@ class JobIndex:
         return JobPage(tuple(found), None)
 
     def tally(
-        self, labels: frozenset[str] = frozenset(), project: str | None = None
+        self,
+        labels: frozenset[str] = frozenset(),
+        project: str | None = None,
+        batch: str | None = None,
     ) -> dict[str, int]:
         """How many jobs have all of the labels: ``all``, and by state and verdict.
 
         Args:
             labels: that a job must have.
             project: whose jobs; None for those of all projects.
+            batch: of which batch, whatever its project; None for those of any and of none.
         """
         named = [("state", each) for each in get_args(JobState)]
         named += [("verdict", each) for each in get_args(Verdict)]
-        shared = [index_of("label", label, project) for label in sorted(labels)]
+        place = (project, batch)
+        shared = [index_of("label", label, *place) for label in sorted(labels)]
         pipeline = self._client.pipeline(transaction=False)
-        for index in [all_jobs(project), *(index_of(*each, project) for each in named)]:
+        for index in [all_jobs(*place), *(index_of(*each, *place) for each in named)]:
             if shared:
                 pipeline.zintercard(1 + len(shared), [index, *shared])
             else:

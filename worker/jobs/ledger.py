@@ -175,7 +175,8 @@ class Ledger:
         """See to it that the next jobs are found in their project, in turn. Repeatable.
 
         Jobs of versions without projects are put into the default one; jobs that such a
-        version has moved are put where they are now.
+        version has moved are put where they are now. Those that belong to no batch are put among
+        their like.
 
         Returns:
             Whether there was one of the former: more may follow.

@@ -13,6 +13,8 @@
                                 set: the API keys that have sent jobs; of each, the queued ones
     meshcone:project:NAME:batches
                                 sorted set: the project's batches, as meshcone:batches
+    meshcone:alone:…, meshcone:project:NAME:alone:…
+                                the same of the jobs that belong to no batch
     meshcone:projects           set: the projects there are jobs of
     meshcone:projects:placed    string: how far the last look at their indexes has come
     meshcone:batch:ID           hash: a batch; see worker.jobs.batches
@@ -72,14 +74,24 @@ def batch_key(batch: str) -> str:
     return f"meshcone:batch:{batch}"
 
 
-def all_jobs(project: str | None = None, batch: str | None = None) -> str:
-    """The index of a batch's jobs, or of a project's; None is no such limit, here and below."""
-    return f"{_place(project, batch)}index:all"
+def all_jobs(project: str | None = None, batch: str | None = None, *, alone: bool = False) -> str:
+    """The index of a batch's jobs, or of a project's; None is no such limit, here and below.
+
+    With ``alone``, of those jobs that belong to no batch.
+    """
+    return f"{_place(project, batch, alone)}index:all"
 
 
-def index_of(kind: str, value: str, project: str | None = None, batch: str | None = None) -> str:
-    """The index of the jobs whose state, label or verdict has a value."""
-    return f"{_place(project, batch)}index:{kind}:{value}"
+def index_of(
+    kind: str,
+    value: str,
+    project: str | None = None,
+    batch: str | None = None,
+    *,
+    alone: bool = False,
+) -> str:
+    """The index of the jobs whose state, label or verdict has a value; limits as above."""
+    return f"{_place(project, batch, alone)}index:{kind}:{value}"
 
 
 def since(state: str, project: str | None = None) -> str:
@@ -102,7 +114,8 @@ def blobs_of(project: str) -> str:
     return f"{_place(project)}blobs"
 
 
-def _place(project: str | None, batch: str | None = None) -> str:
+def _place(project: str | None, batch: str | None = None, alone: bool = False) -> str:
     if batch is not None:
         return f"{batch_key(batch)}:"
-    return "meshcone:" if project is None else f"meshcone:project:{project}:"
+    place = "meshcone:" if project is None else f"meshcone:project:{project}:"
+    return f"{place}alone:" if alone else place

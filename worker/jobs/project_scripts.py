@@ -78,6 +78,7 @@ local function place_in(to, id)
 end
 
 -- Puts a job where its project and its batch find it, whatever version has made or moved it.
+-- Answers whether a version has made it that had no such places.
 local function find_a_place(id)
   local job = 'meshcone:job:' .. id
   local state = redis.call('HGET', job, 'state')
@@ -90,8 +91,14 @@ local function find_a_place(id)
   count_queued(id, state)
   place_in(place_of(job), id)
   local batch = batch_of(job)
-  if batch then place_in(batch .. ':', id) end
-  return is_new
+  if batch then
+    place_in(batch .. ':', id)
+    return is_new
+  end
+  local was_alone = redis.call('ZSCORE', 'meshcone:alone:index:all', id)
+  place_in('meshcone:alone:', id)
+  place_in(place_of(job) .. 'alone:', id)
+  return is_new or not was_alone
 end
 """
 """Lua: whose a job is, ``count_queued`` and ``find_a_place``, for the ledger's scripts."""
@@ -99,8 +106,8 @@ end
 PLACE = (
     PROJECT
     + f"""
--- KEYS[1]: how far the last look has come. ARGV[1]: how many jobs to look at. Answers whether one
--- of them was made by a version without projects; begins anew when all have been looked at.
+-- KEYS[1]: how far the last look has come. ARGV[1]: how many jobs to look at. Answers whether a
+-- version without these places has made one of them; begins anew when all have been looked at.
 local from = redis.call('GET', KEYS[1])
 local ids = redis.call('ZRANGEBYLEX', '{all_jobs()}', from and '(' .. from or '-', '+',
                        'LIMIT', 0, ARGV[1])

@@ -85,12 +85,17 @@ if redis.call('EXISTS', job) == 1 and redis.call('HEXISTS', job, 'project') == 0
 end
 
 -- Everything is counted and found in several places: among all jobs, among those of the project,
--- and among those of the batch where there is one.
+-- and among those of the batch or, where there is none, among those without.
 local function each_place(act)
+  local place, batch = place_of(job), batch_of(job)
   act('meshcone:')
-  act(place_of(job))
-  local batch = batch_of(job)
-  if batch then act(batch .. ':') end
+  act(place)
+  if batch then
+    act(batch .. ':')
+  else
+    act('meshcone:alone:')
+    act(place .. 'alone:')
+  end
 end
 
 local function tally(name, amount)

@@ -1,4 +1,4 @@
-// Which jobs are shown and in which order: counts to press, a search, and all of it in the link.
+// Which jobs are shown, in which order, and which batch is open: all of it is in the link.
 
 import { byId, h } from "meshcone/dom";
 
@@ -14,6 +14,7 @@ const PARTS = [
   { kind: "canceled", title: "Canceled", state: "canceled" },
 ];
 const NAMES = ["name", "label", "state", "verdict", "order"];
+const OPEN = "batch";  // whose jobs are shown below it
 const TYPING = 250;  // milliseconds without a key after which a search begins
 
 export class JobFilters {
@@ -41,18 +42,28 @@ export class JobFilters {
   /** Take the filters from the address. */
   read() {
     const query = new URLSearchParams(location.search);
-    this.wanted = Object.fromEntries(NAMES.map((name) => [name, query.get(name) ?? ""]));
+    this.wanted = Object.fromEntries([...NAMES, OPEN].map((name) => [name, query.get(name) ?? ""]));
     this.form.elements.name.value = this.wanted.name;
     this.form.elements.order.checked = this.wanted.order === "failures";
     this.show();
   }
 
   set(changes) {
-    this.wanted = { ...this.wanted, ...changes };
-    const query = this.query().toString();
-    history.pushState(null, "", query ? `?${query}` : location.pathname);
+    this.write(changes);
     this.show();
     this.onChange();
+  }
+
+  /** Note which batch is open; the same jobs are wanted. */
+  open(batch) {
+    this.write({ [OPEN]: batch });
+  }
+
+  write(changes) {
+    this.wanted = { ...this.wanted, ...changes };
+    const query = this.query();
+    if (this.wanted[OPEN]) query.set(OPEN, this.wanted[OPEN]);
+    history.pushState(null, "", query.size ? `?${query}` : location.pathname);
   }
 
   /** What to ask the API for. */

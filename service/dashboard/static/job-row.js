@@ -2,14 +2,18 @@
 
 import { h } from "meshcone/dom";
 import { age, dateTime } from "meshcone/format";
-import { chip, hasEnded, outcomeWords, projectTag, stageWords, waitWords, worstWords } from "meshcone/job-words";
+import { chip, hasEnded, outcomeWords, pairWords, projectTag, stageWords, waitWords, worstWords } from "meshcone/job-words";
 import { thumbnail } from "meshcone/thumbnail";
 
-function nameCell(job, selection) {
+function nameCell(job, selection, isWithin) {
   const labels = job.labels.map((label) => h("a", { class: "tag", href: `/?${new URLSearchParams({ label })}` }, label));
+  const ofBatch = job.batch && !isWithin && h("a", { class: "soft", href: `/?${new URLSearchParams({ batch: job.batch })}` }, "its batch");
+  const names = job.name
+    ? [h("span", { class: "name" }, job.name), h("span", { class: "against" }, ` ${pairWords(job)}`)]
+    : [h("span", { class: "name" }, job.source.name), job.reference && h("span", { class: "against" }, ` → ${job.reference.name}`)];
   return h("td", { class: "job-cell" }, h("div", { class: "job-line" }, selection.checkbox(job), thumbnail(job), h("div", null,
-    h("a", { class: "pair", href: `/jobs/${job.id}` }, h("span", { class: "name" }, job.source.name), job.reference && h("span", { class: "against" }, ` → ${job.reference.name}`)),
-    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels))));
+    h("a", { class: "pair", href: `/jobs/${job.id}` }, names),
+    h("div", { class: "chips" }, ["measure", "audit"].includes(job.mode) && h("span", { class: "soft" }, job.mode), projectTag(job), labels, ofBatch))));
 }
 
 /** What came of it: the verdict before anything else, and the outcome beside it. */
@@ -31,12 +35,13 @@ function resultCell(job) {
 /**
  * @param {Object} job as the list tells of it
  * @param {Selection} selection that it can be chosen for
+ * @param {boolean} isWithin whether it stands below its batch
  */
-export function jobRow(job, selection) {
+export function jobRow(job, selection, isWithin) {
   const words = job.error ? job.error.detail : worstWords(job.summary);
   const ending = job.state === "failed" ? "error" : job.verdict ?? "";
-  return h("tr", { "data-id": job.id, class: hasEnded(job) ? ending : "" },
-    nameCell(job, selection),
+  return h("tr", { "data-id": job.id, class: `${hasEnded(job) ? ending : ""}${isWithin ? " within" : ""}` },
+    nameCell(job, selection, isWithin),
     resultCell(job),
     h("td", { class: "worst" }, h("span", { title: words }, words)),
     h("td", { class: "right soft age" }, h("time", { datetime: job.created, title: dateTime(job.created) }, age(job.created))));

@@ -1,43 +1,83 @@
-// The table of jobs, live.
+// The table of jobs and batches, live.
 
-import { follow, getJson, said } from "meshcone/api";
+import { getJson, said } from "meshcone/api";
+import { batchRow, batchTitle, batchTools, isBatch, lineWithin } from "meshcone/batch-row";
 import { byId, h } from "meshcone/dom";
 import { age } from "meshcone/format";
 import { JobFilters } from "meshcone/job-filters";
 import { jobRow } from "meshcone/job-row";
 import { Selection } from "meshcone/selection";
 import { startSubmitting } from "meshcone/submit";
+import { TableFeed } from "meshcone/table-feed";
 
 const rows = byId("rows");
+const table = new TableFeed({ onChange: (counts) => { filters.count(counts); show(); }, onState: showState });
+const within = new TableFeed({ onChange: lookAtBatch, onState: () => {} });  // the jobs of the open batch
 const selection = new Selection(rows, lookAgain);
-const drawn = new WeakMap();  // a job that has not changed keeps its row
-let jobs = [];
-let older = [];
-let cursor = null;
-let following = null;
+const drawn = new WeakMap();  // what has not changed keeps its row
+let open = { id: "", batch: null, error: null };
 
-function rowOf(job) {
-  if (!drawn.has(job)) drawn.set(job, jobRow(job, selection));
-  return drawn.get(job);
+function rowOf(entry, isWithin = false) {
+  const isOpen = entry.id === open.id;
+  if (drawn.get(entry)?.isOpen !== isOpen) drawn.set(entry, { isOpen, row: isBatch(entry) ? batchRow(entry, isOpen, () => toggle(entry)) : jobRow(entry, selection, isWithin) });
+  return drawn.get(entry).row;
 }
 
-/** Put other rows in place; what has the focus keeps it. */
-function replaceRows(wanted) {
+/** The open batch: as the table has it, or as it was asked for where the table has not come to it. */
+function openBatch() {
+  return table.rows.find(({ id }) => id === open.id) ?? open.batch;
+}
+
+/** The table tells of its batches by itself, but not of those that are farther down. */
+async function lookAtBatch() {
+  const mine = open;
+  if (!table.rows.some(({ id }) => id === mine.id)) mine.batch = await getJson(`/v1/batches/${mine.id}`).catch(() => null);
+  if (mine === open) show();
+}
+
+function toolsOf(batch) {
+  if (!drawn.get(batch).tools) drawn.get(batch).tools = batchTools(batch, () => toggle(batch));
+  return drawn.get(batch).tools;
+}
+
+function rowsWithin(batch) {
+  const lines = [];
+  if (open.error) lines.push(alertOf(open.error));
+  else if (!within.hasCome) lines.push(h("span", { class: "hint" }, "Loading its jobs …"));
+  else if (within.rows.length === 0) lines.push(h("span", { class: "hint" }, filters.narrow ? "None of its jobs is like that" : "Its jobs are being entered"));
+  const more = within.cursor !== null && h("button", { type: "button", class: "more-within", onclick: (event) => showMore(within, event.currentTarget) }, "Show more of this batch");
+  return [
+    toolsOf(batch),
+    ...lines.map((line) => lineWithin(line)),
+    ...within.rows.map((job) => rowOf(job, true)),
+    ...(more ? [lineWithin(more)] : []),
+  ];
+}
+
+/** What has the focus, as a way to find it again among other rows. */
+function focusedPlace() {
   const focused = rows.contains(document.activeElement) ? document.activeElement : null;
-  const { id } = focused?.closest("tr").dataset ?? {};
-  rows.replaceChildren(...wanted);
-  if (id) rows.querySelector(`tr[data-id="${id}"] ${focused.matches(".choose") ? ".choose" : ".pair"}`)?.focus();
+  const { id, batch } = focused?.closest("tr")?.dataset ?? {};
+  if (batch) return `tr[data-batch="${batch}"] .toggle`;
+  if (id) return `tr[data-id="${id}"] ${focused.matches(".choose") ? ".choose" : ".pair"}`;
+  return focused?.matches(".more-within") ? ".more-within" : null;
 }
 
 function show() {
-  const shown = [...jobs, ...older];
-  const wanted = shown.map(rowOf);
-  if (wanted.length !== rows.children.length || wanted.some((row, index) => row !== rows.children[index])) replaceRows(wanted);
+  const shown = openBatch();
+  const entries = table.rows;
+  if (shown && !entries.some(({ id }) => id === shown.id)) entries.unshift(shown);
+  const wanted = entries.flatMap((entry) => (entry.id === open.id ? [rowOf(entry), ...rowsWithin(entry)] : [rowOf(entry)]));
+  if (wanted.length !== rows.children.length || wanted.some((row, index) => row !== rows.children[index])) {
+    const place = focusedPlace();
+    rows.replaceChildren(...wanted);
+    if (place) rows.querySelector(place)?.focus();
+  }
   rows.setAttribute("aria-busy", "false");
-  selection.show(shown);
-  byId("jobs").hidden = jobs.length === 0;
-  byId("more").hidden = cursor === null;
-  byId("jobs-state").replaceChildren(...(jobs.length ? [] : [filters.narrow ? noneLikeThat() : noneYet()]));
+  selection.show(entries.flatMap((entry) => (!isBatch(entry) ? [entry] : entry.id === open.id ? within.rows : [])));
+  byId("jobs").hidden = entries.length === 0;
+  byId("more").hidden = table.cursor === null;
+  byId("jobs-state").replaceChildren(...(entries.length ? [] : [filters.narrow ? noneLikeThat() : noneYet()]));
 }
 
 const noneLikeThat = () => h("div", { class: "empty" },
@@ -68,28 +108,11 @@ function showState(state) {
 
 const alertOf = (error, ...more) => h("p", { class: "notice error", role: "alert" }, said(error), ...more);
 
-function take(event) {
-  if (event.type === "unavailable") showState("interrupted");
-  if (event.type !== "jobs") return;
-  showState("live");
-  const { order, changed, more, counts } = JSON.parse(event.data);
-  const known = new Map([...older, ...jobs, ...changed].map((job) => [job.id, job]));
-  jobs = order.map((id) => known.get(id));
-  if (!older.length) cursor = more;
-  const shown = new Set(order);
-  older = older.filter((job) => !shown.has(job.id));
-  filters.count(counts);
-  show();
-}
-
 async function start() {
-  following?.abort();
-  following = new AbortController();
-  const { signal } = following;
-  older = [];
   showLoading();
+  follow();
   try {
-    await follow(`/dashboard/events?${filters.query()}`, { onEvent: take, onState: (state) => state !== "live" && showState(state), signal });
+    await table.start(filters.query());
   } catch (error) {
     showState("interrupted");
     rows.replaceChildren();
@@ -97,22 +120,41 @@ async function start() {
   }
 }
 
-/** Older jobs are not followed: look at those of them that something was done with. */
-async function lookAgain(ids) {
-  const looked = await Promise.all(older.map((job) => (ids.has(job.id) ? getJson(`/v1/jobs/${job.id}`).catch((error) => (error.status === 404 ? null : job)) : job)));
-  older = looked.filter(Boolean);
+/** Show the jobs of the batch that the link names, those that did not pass first. */
+async function follow() {
+  const { batch } = filters.wanted;
+  within.stop();
+  open = { id: batch, batch: null, error: null };
+  const mine = open;
+  if (!batch) return;
+  try {
+    const query = filters.query();
+    query.set("batch", batch);
+    query.set("order", "failures");
+    await within.start(query);
+  } catch (error) {
+    mine.error = error;
+    if (mine !== open) return;
+    if (error.status === 404) byId("sent").replaceChildren(alertOf(error));
+    show();
+  }
+}
+
+function toggle(batch) {
+  filters.open(open.id === batch.id ? "" : batch.id);
+  follow();
   show();
 }
 
-async function showOlder() {
-  const query = filters.query();
-  query.set("cursor", cursor);
-  const button = byId("more");
+async function lookAgain(ids) {
+  await Promise.all([table.lookAgain(ids), within.lookAgain(ids)]);
+  show();
+}
+
+async function showMore(feed, button) {
   button.disabled = true;
   try {
-    const page = await getJson(`/v1/jobs?${query}`);
-    older.push(...page.jobs);
-    cursor = page.next;
+    await feed.showMore();
     show();
   } catch (error) {
     byId("jobs-state").replaceChildren(alertOf(error));
@@ -123,7 +165,7 @@ async function showOlder() {
 
 const submitting = startSubmitting();
 const filters = new JobFilters(start);
-byId("more").addEventListener("click", showOlder);
+byId("more").addEventListener("click", () => showMore(table, byId("more")));
 setInterval(() => {
   for (const time of rows.querySelectorAll("time")) time.textContent = age(time.dateTime);
 }, 10000);
