@@ -92,6 +92,7 @@ BENCHMARKS = (
     Benchmark("service", "The service under load", quick="--seconds 10 --jobs 5 --clients 10"),
     Benchmark("service", "How soon a job is accepted", "accepting", "--jobs 10 --at-once 5"),
     Benchmark("batch", "A batch by URL while workers are killed", quick="100 --kills 2"),
+    Benchmark("batch_results", "What the verdicts of a batch cost", quick="500"),
     Benchmark(
         "pages", "What a job's page costs a browser", quick="--repeats 1", modules=("playwright",)
     ),

@@ -49,6 +49,10 @@ class AssetView(_Record):
     pictures: bytes | None = None
 
 
+JUDGED = {"gates", "warnings", "statement"}
+"""The parts of a report that :class:`Judgement` is made of."""
+
+
 @dataclass(frozen=True)
 class Judgement:
     """What a report says of an asset."""
@@ -60,7 +64,7 @@ class Judgement:
 
     @staticmethod
     def of(report: dict[str, Any], view: AssetView | None = None) -> Judgement:
-        """Take it from a report as JSON."""
+        """Take it from a report as JSON, of which the parts ``JUDGED`` are enough."""
         gates = report["gates"]
         verdict = GateVerdict.of(()) if gates is None else GateVerdict.model_validate(gates)
         warnings = tuple(map(WarningRecord.model_validate, report["warnings"]))

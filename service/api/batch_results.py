@@ -3,20 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
+from threading import Lock
 
 from meshcone.gates.results import AssetError, AssetResult, GateRun, Judgement
 from service.api.context import Context
 from service.problems import ProblemError, problem
 from worker.jobs.batches import BatchRecord
-from worker.jobs.ledger import UnknownJobError
 from worker.jobs.records import JobFile, JobRecord, RemoteFile
 from worker.storage.errors import DamagedFileError
 
 _READ_AT_ONCE = 8  # reports; a bucket takes its time for each
+_LOOKED_AT = 200  # jobs
+
+
+_one_at_a_time = Lock()
+"""A run of ten thousand pairs takes some hundred MiB while it is written."""
+
+
+def write_result(
+    batch: BatchRecord, context: Context, written: Callable[[GateRun], bytes]
+) -> bytes:
+    """The result of a batch as a document; requests for several wait for each other.
+
+    Raises:
+        ProblemError: as :func:`result_of`.
+    """
+    with _one_at_a_time:
+        return written(result_of(batch, context))
 
 
 def result_of(batch: BatchRecord, context: Context) -> GateRun:
@@ -27,23 +44,23 @@ def result_of(batch: BatchRecord, context: Context) -> GateRun:
     Raises:
         ProblemError: there are none any more.
     """
+    assets: list[AssetResult] = []
     with ThreadPoolExecutor(_READ_AT_ONCE) as readers:
-        ids = context.batches.job_ids(batch.id)
-        found = readers.map(partial(_asset, context=context), ids)
-        assets = [asset for asset in found if asset is not None]
+        after = None
+        while ids := context.batches.job_ids(batch.id, after, _LOOKED_AT):
+            jobs = context.ledger.index.known(ids)
+            kept = context.batches.judgements(batch.id, [job.id for job in jobs])
+            assets += readers.map(partial(_asset, context), jobs, kept)
+            after = ids[-1]
     if not assets:
         raise ProblemError(problem("gone", "the batch has no jobs any more"))
     return GateRun.of(assets, batch.name)
 
 
-def _asset(job_id: str, context: Context) -> AssetResult | None:
-    try:
-        job = context.ledger.get(job_id)
-    except UnknownJobError:
-        return None
+def _asset(context: Context, job: JobRecord, kept: str | None) -> AssetResult:
     judgement, error = None, _why_none(job)
     if error is None:
-        judgement = _judgement(job, context)
+        judgement = _judgement(context, job, kept)
         if judgement is None:
             error = AssetError(kind="internal", message=f"{_name(job)}: its report has expired")
     return AssetResult(
@@ -56,11 +73,14 @@ def _asset(job_id: str, context: Context) -> AssetResult | None:
     )
 
 
-def _judgement(job: JobRecord, context: Context) -> Judgement | None:
-    if job.expired is None:
-        with suppress(FileNotFoundError, DamagedFileError):
-            report = json.loads(context.blobs.get(job.artifacts["report"].digest))
-            return Judgement.of(report)
+def _judgement(context: Context, job: JobRecord, kept: str | None) -> Judgement | None:
+    if job.expired is not None:
+        return None
+    if kept is not None:
+        return Judgement.of(json.loads(kept))
+    # It was too long to be kept, or an older worker has ended the job.
+    with suppress(FileNotFoundError, DamagedFileError):
+        return Judgement.of(json.loads(context.blobs.get(job.artifacts["report"].digest)))
     return None
 
 

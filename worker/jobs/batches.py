@@ -31,6 +31,7 @@ from worker.jobs.ledger_keys import (
     batch_key,
     batches_of,
     index_of,
+    judgements_of,
 )
 from worker.jobs.records import JobRecord, JobState, Verdict
 
@@ -252,6 +253,11 @@ class Batches:
         start = "-" if after is None else f"({after}"
         found = self._client.zrangebylex(all_jobs(batch=batch_id), start, "+", start=0, num=count)
         return [str(job_id) for job_id in found]
+
+    def judgements(self, batch_id: str, ids: Sequence[str]) -> list[str | None]:
+        """What the reports of some of its jobs say, as JSON; None where that is not kept."""
+        found = self._client.hmget(judgements_of(batch_id), list(ids)) if ids else []
+        return [None if each is None else str(each) for each in found]
 
     def request_cancel(self, batch_id: str) -> bool:
         """Have all jobs of a batch canceled by :meth:`carry_on`; whether it had not ended."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -176,6 +176,21 @@ class JobIndex:
                 return JobPage(tuple(found), f"{part}:{page.cursor}")
         return JobPage(tuple(found), None)
 
+    def known(self, ids: Sequence[str]) -> list[JobRecord]:
+        """Those of some jobs that there are, in the same order, without their options."""
+        names = JobRecord.listed_fields()
+        pipeline = self._client.pipeline(transaction=False)
+        for job_id in ids:
+            pipeline.hmget(job_keys(job_id)[0], names)
+        found = []
+        for values in pipeline.execute():
+            fields = {
+                name: value for name, value in zip(names, values, strict=True) if value is not None
+            }
+            if fields:
+                found.append(JobRecord.decoded(fields))
+        return found
+
     def tally(
         self,
         labels: frozenset[str] = frozenset(),
@@ -246,19 +261,8 @@ class JobIndex:
         return float(seconds) + float(microseconds) / 1e6
 
     def _newest_first(self, index: str, cursor: str | None) -> Iterator[JobRecord]:
-        names = JobRecord.listed_fields()
         while ids := self._ids_after(index, cursor, _FETCHED_AT_ONCE):
-            pipeline = self._client.pipeline(transaction=False)
-            for job_id in ids:
-                pipeline.hmget(job_keys(job_id)[0], names)
-            for values in pipeline.execute():
-                fields = {
-                    name: value
-                    for name, value in zip(names, values, strict=True)
-                    if value is not None
-                }
-                if fields:
-                    yield JobRecord.decoded(fields)
+            yield from self.known(ids)
             cursor = ids[-1]
 
     def _ids_after(self, index: str, cursor: str | None, count: int) -> list[str]:

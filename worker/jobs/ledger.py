@@ -247,6 +247,7 @@ class Ledger:
         *,
         verdict: Verdict | None = None,
         summary: JobSummary | None = None,
+        judgement: str | None = None,
         timings: Mapping[str, float] | None = None,
         counters: Mapping[str, float] | None = None,
     ) -> JobState:
@@ -258,6 +259,8 @@ class Ledger:
             artifacts: the files, which are in the blob store.
             verdict: what the gates say, if there were any.
             summary: what its report says, in short.
+            judgement: what the report says of the gates, to be kept with the job's batch if it
+                has one.
             timings: seconds each stage took.
             counters: amounts to add to the ledger's counters if the step is taken.
 
@@ -279,6 +282,8 @@ class Ledger:
         more: dict[str, Any] = {"digests": digests, "counters": dict(counters or {})}
         if verdict is not None:
             more["verdict"] = verdict
+        if judgement is not None:
+            more["judgement"] = judgement
         return self._step(job_id, "running", attempt, "succeeded", fields, **more)[0]
 
     def fail(self, job_id: str, attempt: int, error: JobError) -> JobState:

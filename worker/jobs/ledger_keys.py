@@ -19,6 +19,8 @@
     meshcone:projects:placed    string: how far the last look at their indexes has come
     meshcone:batch:ID           hash: a batch; see worker.jobs.batches
     meshcone:batch:ID:entry     list: its jobs that are not in the ledger yet, as JSON
+    meshcone:batch:ID:judgements
+                                hash: what the reports of its jobs say of gates, by the job's id
     meshcone:batch:ID:…         the same indexes, times and counters of the batch's jobs alone
     meshcone:batches            sorted set of ids, all of score 0
     meshcone:batches:open       set: ids of those that have not ended
@@ -72,6 +74,11 @@ def job_keys(job_id: str) -> tuple[str, str, str]:
 def batch_key(batch: str) -> str:
     """The hash of a batch."""
     return f"meshcone:batch:{batch}"
+
+
+def judgements_of(batch: str) -> str:
+    """What the reports of a batch's jobs say."""
+    return f"{batch_key(batch)}:judgements"
 
 
 def all_jobs(project: str | None = None, batch: str | None = None, *, alone: bool = False) -> str:

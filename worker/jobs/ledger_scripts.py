@@ -60,7 +60,7 @@ TRANSITION = (
 -- step: id, from, to, starts (added to the attempt), finished; attempt, where one must be
 -- meant; incomplete, whether files must be missing, where that counts; knows, the highest version
 -- of options the worker can read, where that counts; and fields, digests, counters, verdict,
--- which the step leaves
+-- judgement, which the step leaves
 local state, attempt = found()
 if state ~= step.from or (step.attempt and attempt ~= step.attempt)
    or (step.incomplete ~= nil and step.incomplete ~= is_incomplete()) then
@@ -80,6 +80,7 @@ else
   set(step.fields)
   hold(step.digests)
   count(step.counters)
+  if step.judgement then keep_judgement(step.judgement) end
   if step.verdict then
     each_place(function(place)
       redis.call('ZADD', place .. 'index:verdict:' .. step.verdict, 0, step.id)
@@ -167,6 +168,7 @@ if redis.call('HSETNX', job, 'expired', step.expired) == 1 then
     redis.call('ZADD', place .. 'since:expired', string.format('%.6f', now()), step.id)
   end)
   tally('expired', 1)
+  keep_judgement(nil)
   let_go()
   redis.call('DEL', events)
 end
@@ -195,6 +197,7 @@ each_place(function(place)
   for _, index in ipairs(indexes) do redis.call('ZREM', place .. index, step.id) end
 end)
 tally('deleted', 1)
+keep_judgement(nil)
 redis.call('DEL', job, events)
 -- A batch goes with the last of its jobs.
 if batch and redis.call('HEXISTS', batch, 'finished') == 1

@@ -42,7 +42,7 @@ local function forget_batch(batch)
   redis.call('ZREM', '{keys.BATCHES}', id)
   redis.call('ZREM', place_of(batch) .. 'batches', id)
   redis.call('SREM', '{keys.OPEN_BATCHES}', id)
-  redis.call('DEL', batch, batch .. ':counters', batch .. ':entry')
+  redis.call('DEL', batch, batch .. ':counters', batch .. ':entry', batch .. ':judgements')
 end
 """
 
@@ -186,6 +186,17 @@ local function let_go()
   end
   redis.call('DEL', blobs)
   return doomed
+end
+
+-- What a job's report says is kept with its batch as long as the report is there.
+local function keep_judgement(judgement)
+  local batch = batch_of(job)
+  if not batch then return end
+  if judgement then
+    redis.call('HSET', batch .. ':judgements', step.id, judgement)
+  else
+    redis.call('HDEL', batch .. ':judgements', step.id)
+  end
 end
 
 local function count(counters)

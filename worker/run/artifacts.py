@@ -9,6 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from meshcone.gates.records import Status
+from meshcone.gates.results import JUDGED
 from meshcone.report.report import AnyReport, diagnostics_csv
 from meshcone.views.heatmap import heatmap_glb
 from meshcone.views.pictures import pictures_png
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+_LONGEST_JUDGEMENT = 32 * 1024  # characters; a batch has thousands of them in the broker's memory
+
 
 @dataclass(frozen=True)
 class ArtifactFile:
@@ -40,12 +43,18 @@ class ArtifactFile:
 
 @dataclass(frozen=True)
 class JobFiles:
-    """What a job leaves: files by name, what the gates say, if there were any, and figures."""
+    """What a job leaves: files by name, what the gates say, if there were any, and figures.
+
+    Attributes:
+        judgement: the parts of the report that a verdict over many jobs is made of, as JSON; None
+            where they are too long to be kept beside it.
+    """
 
     files: Mapping[str, ArtifactFile]
     verdict: Status | None
     summary: JobSummary
     tallies: Tallies
+    judgement: str | None
 
 
 def of_refinement(source: str, refinement: Refinement) -> JobFiles:
@@ -95,7 +104,14 @@ def of_audit(source: str, found: Examination) -> JobFiles:
 
 def _job_files(files: Mapping[str, ArtifactFile], report: AnyReport) -> JobFiles:
     verdict = None if report.gates is None else report.gates.verdict
-    return JobFiles(files, verdict, JobSummary.of(report), tallies_of(report))
+    judgement = report.model_dump_json(include=JUDGED)
+    return JobFiles(
+        files,
+        verdict,
+        JobSummary.of(report),
+        tallies_of(report),
+        judgement if len(judgement) <= _LONGEST_JUDGEMENT else None,
+    )
 
 
 def _report(stem: str, text: str) -> ArtifactFile:

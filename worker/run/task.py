@@ -121,6 +121,7 @@ def _last_step(
             artifacts,
             verdict=made.verdict,
             summary=made.summary,
+            judgement=None if record.batch is None else made.judgement,
             timings=made.tallies.timings,
             counters=made.tallies.counters,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from typing import IO, Annotated, Any
 
@@ -12,7 +13,7 @@ from meshcone.gates.formats.junit import to_junit
 from meshcone.gates.formats.markdown import to_markdown
 from meshcone.gates.formats.sarif import to_sarif
 from meshcone.gates.results import GateRun
-from service.api.batch_results import result_of
+from service.api.batch_results import write_result
 from service.api.batch_schemas import BATCHES_PATH, Batch, BatchList, batch_path
 from service.api.context import Context, ContextDependency
 from service.api.downloads import BYTES
@@ -190,10 +191,15 @@ def delete_batch(record: FinishedBatch, context: ContextDependency) -> None:
     context.batches.forget(record.id)
 
 
-@router.get("/{batch_id}/result", responses=_NOT_FINISHED, summary="Every verdict of a batch")
-def get_batch_result(record: FinishedBatch, context: ContextDependency) -> GateRun:
+@router.get(
+    "/{batch_id}/result",
+    response_model=GateRun,
+    responses=_NOT_FINISHED,
+    summary="Every verdict of a batch",
+)
+def get_batch_result(record: FinishedBatch, context: ContextDependency) -> Response:
     """What `meshcone gate --json` writes of such a run, in the order of the pairs."""
-    return result_of(record, context)
+    return _written(record, context, _as_json, "application/json")
 
 
 def _text(media_type: str, description: str) -> dict[int | str, dict[str, Any]]:
@@ -209,7 +215,7 @@ def _text(media_type: str, description: str) -> dict[int | str, dict[str, Any]]:
 )
 def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Response:
     """The verdicts as JUnit XML."""
-    return Response(to_junit(result_of(record, context)), media_type="application/xml")
+    return _written(record, context, to_junit, "application/xml")
 
 
 @router.get(
@@ -219,7 +225,7 @@ def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Respon
 )
 def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Response:
     """What did not pass, as SARIF 2.1.0."""
-    return Response(to_sarif(result_of(record, context)), media_type="application/sarif+json")
+    return _written(record, context, to_sarif, "application/sarif+json")
 
 
 @router.get(
@@ -229,7 +235,17 @@ def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Respon
 )
 def get_batch_summary(record: FinishedBatch, context: ContextDependency) -> Response:
     """A summary in GitHub's Markdown, for a pull request."""
-    return Response(to_markdown(result_of(record, context)), media_type="text/markdown")
+    return _written(record, context, to_markdown, "text/markdown")
+
+
+def _written(
+    record: BatchRecord, context: Context, written: Callable[[GateRun], bytes], media_type: str
+) -> Response:
+    return Response(write_result(record, context, written), media_type=media_type)
+
+
+def _as_json(run: GateRun) -> bytes:
+    return run.model_dump_json().encode()
 
 
 def _shown(record: BatchRecord, context: Context) -> Batch:
