@@ -17,6 +17,7 @@ from meshcone.library.keywords import OptionKeywords, options_from, plain
 from meshcone.library.results import Audited, Measured, Refined, Verdict
 from meshcone.local_files import read_bytes
 from meshcone.outputs import certificate_path
+from meshcone.processes import processes_allowed
 from meshcone.text import as_text
 from meshcone.threads import one_thread
 
@@ -34,6 +35,7 @@ def refine(
     *,
     gates: Mapping[str, Any] | None = None,
     progress: ProgressCallback | None = None,
+    processes: int = 1,
     **options: Unpack[OptionKeywords],
 ) -> Refined:
     """Move the vertices of ``source`` towards the surface of ``reference``.
@@ -49,6 +51,8 @@ def refine(
         gates: bounds on values of the report, as in ``docs/gates.md``; the verdict is in
             ``.report.gates``.
         progress: called between stages and rounds with a ``meshcone.progress.Progress``.
+        processes: how many regions of the source to solve at once, where ``surface.regions``
+            divides it; the result is the same for any number. Linux; elsewhere it is one.
         **options: those of ``docs/options.md``: ``effort="fast"``, and a mapping for what
             has a dot there: ``surface={"edge_cap": 3}``. ``within="0.5mm"`` is a tolerance to
             reach and to prove; ``.report.within`` says whether it is reached, and where not.
@@ -67,7 +71,11 @@ def refine(
     given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
     resolved = options_from(given, "refine")
     return refine_loaded(
-        load_unread(source, "source"), load_unread(reference, "reference"), resolved, progress
+        load_unread(source, "source"),
+        load_unread(reference, "reference"),
+        resolved,
+        progress,
+        processes,
     )
 
 
@@ -76,12 +84,13 @@ def refine_loaded(
     reference: LoadedMesh,
     options: Options,
     progress: ProgressCallback | None = None,
+    processes: int = 1,
 ) -> Refined:
     """Refine as :func:`refine` does, with what it has made of its arguments."""
     from meshcone.verbs.within import refine_within  # 2.5 s, not to be paid for a mistyped name
 
     source = source.with_file(options.cones.pin.vertices_file)
-    with one_thread():
+    with one_thread(), processes_allowed(processes):
         return Refined(source, reference, refine_within(source, reference, options, progress))
 
 

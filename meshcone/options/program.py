@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -73,6 +73,12 @@ class SurfaceOptions(Section):
         3.0,
         description="fairness above this acts in full only where the noise exceeds the "
         "edges by as much",
+    )
+    regions: Annotated[int, Field(ge=1, le=4096)] | Literal["auto"] = Field(
+        1,
+        description="overlapping regions of the source whose programs are solved apart, one after "
+        "the other or in processes of their own, before the whole one is finished; auto: as many "
+        "as leave none with more than 250,000 vertices",
     )
     edge_cap: float = Field(
         4.0,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import QuadraticObjective
-from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.diagnostics import RegionsRecord, RoundRecord
 from meshcone.program.multipliers import Multipliers
 from meshcone.quality.harm import Gain
 from meshcone.surface.arrays import Floats
@@ -51,6 +51,7 @@ class RefinedPositions:
             every answer was worse somewhere and the input is returned.
         gain: how much closer the answer is than the input, where it was held against that.
         confirm_seconds: spent on SCS confirming the last round.
+        regions: how the mesh was divided to be solved, if it was.
     """
 
     positions: Floats
@@ -62,6 +63,7 @@ class RefinedPositions:
     kept_because: tuple[str, ...] = ()
     gain: Gain | None = None
     confirm_seconds: float = 0.0
+    regions: RegionsRecord | None = None
 
     @property
     def kept_input(self) -> bool:

@@ -11,12 +11,16 @@ import numpy as np
 from meshcone.deadline import require_time
 from meshcone.options import SolverOptions
 from meshcone.program.answer import FinalProgram
-from meshcone.program.diagnostics import RoundRecord
+from meshcone.program.cones import ConeFamily
+from meshcone.program.diagnostics import RegionsRecord, RoundRecord
 from meshcone.program.feasibility import require_feasible
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
+from meshcone.program.region_solver import solve_apart, solve_together, within_regions
+from meshcone.program.regions import OVERLAP
 from meshcone.program.request import RequestedCones
 from meshcone.program.round_solver import RoundSolution, solve_round
+from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblem
 from meshcone.surface.arrays import Floats
 
@@ -78,6 +82,8 @@ class Attempt:
         self.finish: Finish | None = None
         self._known: Sequence[Multipliers] = ()
         self._final: FinalProgram | None = None
+        # Rounds that were finished as one program after regions, and its products with its matrix.
+        self._together, self._products = 0, 0
 
     @property
     def request(self) -> RequestedCones:
@@ -88,6 +94,22 @@ class Attempt:
     def guards(self) -> int:
         """How many guard rounds may follow."""
         return self._problem.guarded_rounds - self._problem.rounds
+
+    @property
+    def regions(self) -> RegionsRecord | None:
+        """How the mesh was divided, if it was."""
+        regions = self._problem.regions
+        if not regions:
+            return None
+        return RegionsRecord(
+            count=len(regions),
+            vertices=[len(region.own) for region in regions],
+            solved_for=[len(region.free) for region in regions],
+            overlap=OVERLAP,
+            rounds=len(self.records),
+            rounds_together=self._together,
+            products_together=self._products,
+        )
 
     @property
     def rounds_left(self) -> int:
@@ -146,14 +168,10 @@ class Attempt:
         if index == 0:
             require_feasible(families, self._problem.source.vertices, self._options)
         last = index == self._rounds - 1
-        reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
-        known, options = self._known, self._options
-        solution = solve_round(
-            objective, families, before, options, reduction=reduction, known=known
-        )
+        solution = self._optimum(objective, families, last=last)
         if not last and float(np.abs(solution.positions - before).max()) < _STANDSTILL:
             last = True
-            solution = solve_round(objective, families, before, options, known=known)
+            solution = self._optimum(objective, families, last=True)
         elapsed = time.perf_counter() - started
         self.records.append(record_round(index, solution, families, before, elapsed))
         self.positions, self._known = solution.positions, solution.multipliers
@@ -164,6 +182,30 @@ class Attempt:
                 index, before, objective, families, solution.positions, solution.multipliers
             )
         count.advance(self._rounds - index if last else 1)
+
+    def _optimum(
+        self, objective: SurfaceObjective, families: Sequence[ConeFamily], *, last: bool
+    ) -> RoundSolution:
+        """Solve a round's program, the last to its digits, in regions where there are any."""
+        regions, known, options = self._problem.regions, self._known, self._options
+        reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
+        start, count = self.positions, len(self.positions)
+        if not regions:
+            return solve_round(
+                objective, families, start, options, reduction=reduction, known=known
+            )
+        if within_regions(regions, known, count):
+            apart = solve_apart(
+                regions, objective, families, start, options, reduction=reduction, known=known
+            )
+            start, known = apart.positions, apart.multipliers
+            if not last and within_regions(regions, known, count):
+                return apart
+        solution, products = solve_together(
+            objective, families, start, options, reduction=reduction, known=known
+        )
+        self._together, self._products = self._together + 1, self._products + products
+        return solution
 
 
 class Countdown:

@@ -67,6 +67,25 @@ class RoundRecord(_Record):
     )
 
 
+class RegionsRecord(_Record):
+    """Overlapping regions of the source whose programs were solved apart."""
+
+    count: int = Field(description="how many there were")
+    vertices: list[int] = Field(description="vertices of each region")
+    solved_for: list[int] = Field(
+        description="vertices each region solved for: its own and those around it"
+    )
+    overlap: int = Field(description="rings of edges by which a region reaches beyond its own")
+    rounds: int = Field(description="rounds there were")
+    rounds_together: int = Field(
+        description="rounds finished as one program: the last, and those in which a chain of "
+        "tight cones leads out of a region"
+    )
+    products_together: int = Field(
+        description="products with the whole program's matrix which that took"
+    )
+
+
 class SolverReport(_Record):
     """All rounds of one refinement."""
 
@@ -79,6 +98,9 @@ class SolverReport(_Record):
     iterations: int = Field(description="of SCS, in all rounds together")
     confirm_seconds: float = Field(description="spent on SCS confirming the last round")
     rounds: list[RoundRecord]
+    regions: RegionsRecord | None = Field(
+        None, description="how the source was divided to be solved; absent where it was not"
+    )
 
 
 class Residuals(_Record):

@@ -265,6 +265,7 @@ class SurfaceRefiner:
             final,
             attempt.name,
             confirm_seconds=time.perf_counter() - started,
+            regions=attempt.regions,
         )
 
     def _asks_scs(self, solution: RoundSolution) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from meshcone.program.correspondence import round_objective
 from meshcone.program.effort import Candidate
 from meshcone.program.guards import Guard
 from meshcone.program.prepared_reference import PreparedReference
+from meshcone.program.regions import Region, divide, region_count
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.staying import Staying
@@ -32,6 +34,7 @@ class SurfaceProblem:
         options: weights and schedule.
         start: (n, 3) where the first round starts.
         most_pairs: pairs of faces that a guard round may test for passing through each other.
+        regions: parts that are solved apart, if the mesh is divided.
     """
 
     source: Mesh
@@ -41,6 +44,7 @@ class SurfaceProblem:
     options: SurfaceOptions
     start: Floats
     most_pairs: int
+    regions: tuple[Region, ...] = ()
 
     @property
     def rounds(self) -> int:
@@ -122,7 +126,17 @@ class SurfaceProblems:
             options=chosen,
             start=source.vertices if self.start is None else self.start,
             most_pairs=self.options.quality.intersection_pairs,
+            regions=self.regions,
         )
+
+    @cached_property
+    def regions(self) -> tuple[Region, ...]:
+        """The parts that are solved apart, if the mesh is to be divided."""
+        count = region_count(self.options, len(self.source.vertices))
+        if count == 1:
+            return ()
+        coupling = self._structure(self.options.surface.noise_scale).laplacian
+        return divide(self.source.vertices, coupling, count)
 
     def _structure(self, noise_scale: float) -> SourceStructure:
         """Return what stays of the source, which most settings have in common."""

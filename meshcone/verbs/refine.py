@@ -303,6 +303,7 @@ def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
         iterations=sum(info.iterations for info in asked),
         confirm_seconds=solved.confirm_seconds,
         rounds=solved.rounds,
+        regions=solved.regions,
     )
 
 

@@ -55,6 +55,15 @@ def command(
             show_default=False,
         ),
     ] = None,
+    processes: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=1024,
+            help="Regions of SOURCE to solve at once, where --set surface.regions divides it. "
+            "What is written is the same for any number.",
+        ),
+    ] = 1,
     quiet: Annotated[
         bool, typer.Option("-q", "--quiet", help="Print warnings and errors only.")
     ] = False,
@@ -74,7 +83,9 @@ def command(
     source_file = source_file.with_file(options.cones.pin.vertices_file)
     require_saveable(out, report, html, source_file, reference_file)
     with progress_bar() as show:
-        refined = refine_loaded(source_file, reference_file, options, progress=show)
+        refined = refine_loaded(
+            source_file, reference_file, options, progress=show, processes=processes
+        )
     refined.save(out, report=report, html=html)
     done = refined.report
     if done.statement is not None and not quiet:

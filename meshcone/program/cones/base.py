@@ -9,7 +9,8 @@ sets, certificate, tension) works from these two.
 from __future__ import annotations
 
 import abc
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from scipy import sparse
@@ -19,6 +20,7 @@ from meshcone.surface.arrays import Floats, Ints, row_lengths
 ConeType = Literal["zero", "linear", "second_order"]
 
 
+@dataclass(frozen=True)
 class ConeFamily(abc.ABC):
     """A family of ``k`` constraints ``b − A x ∈ K`` of the same kind.
 
@@ -53,6 +55,18 @@ class ConeFamily(abc.ABC):
         Returns:
             A of shape (j·dimension, 3n) and b of shape (j·dimension,).
         """
+
+    def chosen(self, which: Ints, vertices: Ints) -> Self:
+        """Return a family of some cones over other vertices.
+
+        Every array of a family has a row for each of its cones.
+
+        Args:
+            which: (j,) the cones.
+            vertices: (j, v) the vertices they touch there.
+        """
+        values = {name: value[which] for name, value in vars(self).items() if np.ndim(value)}
+        return replace(self, **(values | {"vertices": vertices}))
 
     def violation(self, positions: Floats) -> Floats:
         """Return how far each slack lies outside its cone, (k,), 0 where it lies inside."""

@@ -23,6 +23,8 @@ SETTINGS: dict[str, dict[str, Any]] = {
     },
     "edge_cap": {"effort": "fast", "cones": {"edge_cap": {"times_local_median": 1.1}}},
     "aligned": {"effort": "fast", "align": "similarity"},
+    "regions": {"effort": "best", "surface": {"regions": 3}},
+    "regions, capped": {**CAPPED, "surface": {"regions": 3}},
     "full": {**CAPPED, "solver": {"method": "full"}},
     "centroid": {"formulation": "centroid"},
     "centroid, capped": {

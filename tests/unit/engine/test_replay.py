@@ -39,7 +39,15 @@ def road(evidence: Evidence) -> Check:
     return check
 
 
-@pytest.mark.parametrize("options", [{"effort": "best"}, CAPPED, {"align": "similarity", **FAST}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"effort": "best"},
+        CAPPED,
+        {"align": "similarity", **FAST},
+        {"surface": {"regions": 3}, **FAST},
+    ],
+)
 def test_a_refinement_is_replayed_byte_for_byte(options: dict[str, Any]) -> None:
     verification = replayed(Evidence.of(rough(), smooth(), options))
 

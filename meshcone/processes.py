@@ -1,0 +1,70 @@
+"""How many processes a refinement may use at once: what a machine has, not what a job asks for.
+
+Nothing that is computed depends on it. Forked processes see what their parent has in memory, so
+that nothing large is sent to them. Only on Linux can a process that has loaded numeric libraries
+be relied on to fork; elsewhere the work is done one after the other.
+"""
+
+from __future__ import annotations
+
+import itertools
+import multiprocessing
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypeVar
+
+from meshcone.errors import CrashError
+
+T = TypeVar("T")
+
+_allowed: ContextVar[int] = ContextVar("processes", default=1)
+_tokens = itertools.count()
+_work: dict[int, Callable[[int], object]] = {}  # what forked processes find in their memory
+
+
+@contextmanager
+def processes_allowed(count: int) -> Iterator[None]:
+    """Let the body use so many processes at once."""
+    token = _allowed.set(count)
+    try:
+        yield
+    finally:
+        _allowed.reset(token)
+
+
+def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
+    """Yield ``work(0)``, ``work(1)`` and so on, done in as many processes as are allowed.
+
+    Args:
+        count: how many there are.
+        work: what it returns or raises can be pickled; it changes nothing outside of itself.
+
+    Raises:
+        CrashError: a process died.
+    """
+    at_once = min(_allowed.get(), count)
+    if at_once <= 1 or sys.platform != "linux":
+        yield from map(work, range(count))
+        return
+    token = next(_tokens)
+    _work[token] = work
+    try:
+        forking = multiprocessing.get_context("fork")
+        with ProcessPoolExecutor(at_once, mp_context=forking) as pool:
+            for task in [pool.submit(_do, token, index) for index in range(count)]:
+                yield task.result()  # type: ignore[misc]
+    except BrokenProcessPool:
+        raise CrashError(
+            f"one of {at_once} processes that solved regions of the mesh died; fewer at once take "
+            "less memory"
+        ) from None
+    finally:
+        del _work[token]
+
+
+def _do(token: int, index: int) -> object:
+    return _work[token](index)
