@@ -111,7 +111,9 @@ class ServiceSettings(WebhookSettings, TransferSettings):
         description="jobs of one API key that may be queued or running; 0 for any number",
     )
     key_daily_bytes: int = Field(
-        default=0, ge=0, description="bytes of files one API key may send a day; 0 for any number"
+        default=0,
+        ge=0,
+        description="bytes of files one API key may send or have fetched a day; 0 for any number",
     )
     project_active_jobs: int = Field(
         default=0,
@@ -121,7 +123,8 @@ class ServiceSettings(WebhookSettings, TransferSettings):
     project_daily_bytes: int = Field(
         default=0,
         ge=0,
-        description="bytes of files all keys of a project may send a day; 0 for any number",
+        description="bytes of files all keys of a project may send or have fetched a day; 0 for "
+        "any number",
     )
 
     @property

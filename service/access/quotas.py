@@ -15,6 +15,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from service.problems import ProblemError, problem
+from worker.jobs.fetch_accounts import DAY, ByteAccount
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from service.settings import ServiceSettings
 
 WINDOW = 60  # seconds
-_DAY = 86_400  # seconds
 _SETTLING = 60  # seconds after which a reservation whose request has not ended is looked into
 
 logger = structlog.get_logger(__name__)
@@ -256,6 +256,13 @@ class JobQuotas:
         """Sorted sets in which the jobs of a key are counted, by the time they were let in."""
         return tuple(account.keys()[0] for account in self._accounts(key))
 
+    def byte_accounts(self, key: ApiKey) -> tuple[ByteAccount, ...]:
+        """Against what the bytes are counted that are fetched for a job of a key."""
+        return tuple(
+            ByteAccount(place=each.keys()[1], whose=each.whose, limit=each.daily_bytes)
+            for each in self._accounts(key)
+        )
+
     def _accounts(self, key: ApiKey) -> list[_Account]:
         own, settings = Allowance.of(key.quota, self._settings), self._settings
         of_key = _Account("key", f"meshcone:key:{key.id}", own.active_jobs, own.daily_bytes)
@@ -265,7 +272,7 @@ class JobQuotas:
         return [of_key, _Account("project", f"meshcone:project:{key.project}:used", *limits)]
 
     def _reserve_in(self, account: _Account, job_id: str, size: int, jobs: int) -> None:
-        limits = [account.active_jobs, account.daily_bytes, _DAY, _SETTLING]
+        limits = [account.active_jobs, account.daily_bytes, DAY, _SETTLING]
         arguments: list[Any] = [job_id, size, *limits, jobs]
         reason, seconds = self._reserve(keys=account.keys(), args=arguments)
         if reason == "jobs":
@@ -285,7 +292,7 @@ class JobQuotas:
 
     def _settle_in(self, account: _Account, job_id: str, size: int) -> None:
         try:
-            self._settle(keys=account.keys(), args=[job_id, size, _DAY])
+            self._settle(keys=account.keys(), args=[job_id, size, DAY])
         except RedisError as error:
             logger.warning("a quota is settled later", job_id=job_id, reason=str(error))
 

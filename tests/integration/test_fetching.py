@@ -21,6 +21,7 @@ from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_async, connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger, TransitionRefusedError
 from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
@@ -261,7 +262,7 @@ def test_only_a_file_that_the_project_has_is_not_written_again(
     settings: WorkerSettings, redis: Redis, blobs: BlobStore
 ) -> None:
     register = BlobRegister(redis)
-    sources = Sources(TransferSettings(), blobs, register)
+    sources = Sources(TransferSettings(), blobs, register, FetchAccounts(redis))
     file = RemoteFile(name="mug.obj", url="https://example.org/mug.obj")
 
     def is_written_for(project: str) -> bool:
@@ -394,7 +395,7 @@ def test_a_disk_without_room_is_waited_for_and_is_no_try(
 
     async def until_it_waits() -> None:
         async with connect_async(settings.required_redis_url()) as client:
-            sources = _NoRoom(transfers, blobs, BlobRegister(redis))
+            sources = _NoRoom(transfers, blobs, BlobRegister(redis), FetchAccounts(redis))
             fetching = Fetching(client, transfers, ledger=ledger, queue=queue, sources=sources)
             running = asyncio.create_task(fetching.run())
             while redis.hget(FETCH_TRIES, job.id) != "0":

@@ -14,6 +14,7 @@ from rq.serializers import JSONSerializer
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_async, connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger, QueueFullError
@@ -214,7 +215,7 @@ class TestFetching:
         async def takes(counts: Sequence[int]) -> list[list[str]]:
             settings = TransferSettings(redis_url=url)
             blobs = BlobStore.open(settings, BlobRegister(redis))
-            sources = Sources(settings, blobs, BlobRegister(redis))
+            sources = Sources(settings, blobs, BlobRegister(redis), FetchAccounts(redis))
             async with connect_async(url) as client:
                 fetching = Fetching(client, settings, ledger=ledger, queue=queue, sources=sources)
                 found = [await fetching.take(count) for count in counts]

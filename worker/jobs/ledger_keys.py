@@ -35,6 +35,8 @@
                                 by the time at which that is to be tried: never, as long as it has
                                 not been its turn; see worker.jobs.lines and worker.transfers
     meshcone:fetches:tries      hash: how often it was tried, by the job's id
+    meshcone:fetches:bytes      hash: bytes that were fetched for such a job and are counted, by its
+                                id; see worker.jobs.fetch_accounts
     meshcone:outputs            sorted set: results to be put somewhere, as ID/artifact, by the
                                 time at which that is to be tried; see worker.transfers
     meshcone:outputs:tries      hash: how often it was tried
@@ -59,6 +61,7 @@ FETCHES = "meshcone:fetches"
 DELIVERIES = "meshcone:outputs"
 DELIVERY_TRIES = "meshcone:outputs:tries"
 FETCH_TRIES = "meshcone:fetches:tries"
+FETCHED_BYTES = "meshcone:fetches:bytes"
 BLOB_REFERENCES = "meshcone:blobs:references"
 BLOB_LEASES = "meshcone:blobs:leases"
 BLOB_GENERATIONS = "meshcone:blobs:generations"

@@ -104,6 +104,7 @@ local state, attempt = found()
 if state ~= 'queued' or not is_incomplete() then return {{{REFUSED}, state, attempt}} end
 set(step.fields)
 hold(step.digests)
+redis.call('HDEL', '{keys.FETCHED_BYTES}', step.id)  -- from now on it is as if it had been sent
 end_fetching()
 return {{{ACCEPTED}, state, attempt}}
 """

@@ -13,6 +13,7 @@ from meshcone.errors import ErrorKind, MeshConeError
 from meshcone.gates.records import Status
 from meshcone.options import Mode
 from meshcone.progress import Progress, Stage
+from worker.jobs.fetch_accounts import ByteAccount
 from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.summaries import JobSummary
 
@@ -185,6 +186,7 @@ class JobRecord(_Frozen):
         project: whose it is: only keys of the project learn that there is such a job.
         name: what its sender calls it, where it is one of a batch.
         batch: the batch it belongs to.
+        fetch_accounts: against which the bytes are counted that are fetched for it.
         context: what its log lines and its trace begin with: ``request_id`` and the fields of
             W3C Trace Context.
         artifacts: what it made, by name: ``report``, ``preview`` and, of a refinement, ``mesh``,
@@ -220,6 +222,7 @@ class JobRecord(_Frozen):
     project: str = DEFAULT_PROJECT
     name: str | None = None
     batch: str | None = None
+    fetch_accounts: tuple[ByteAccount, ...] = ()
     context: dict[str, str] = {}
     progress: JobProgress | None = None
     error: JobError | None = None
@@ -231,7 +234,7 @@ class JobRecord(_Frozen):
     @classmethod
     def listed_fields(cls) -> list[str]:
         """Names of the fields a list reads: the options can be longer than all others."""
-        return [name for name in cls.model_fields if name != "options"]
+        return [name for name in cls.model_fields if name not in ("options", "fetch_accounts")]
 
     @property
     def files(self) -> tuple[JobFile, ...]:

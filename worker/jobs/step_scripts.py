@@ -9,6 +9,7 @@ from __future__ import annotations
 from worker.jobs import ledger_keys as keys
 from worker.jobs import outbox
 from worker.jobs.blob_scripts import NEED
+from worker.jobs.fetch_accounts import GIVE_BACK
 from worker.jobs.lines import LINES
 from worker.jobs.project_scripts import PROJECT
 from worker.jobs.records import FILE_FIELDS
@@ -72,6 +73,7 @@ local function is_incomplete()
   return redis.call('ZSCORE', '{keys.FETCHES}', step.id) ~= false
 end
 
+{GIVE_BACK}
 local function end_fetching()
   redis.call('ZREM', '{keys.FETCHES}', step.id)
   redis.call('HDEL', '{keys.FETCH_TRIES}', step.id)
@@ -108,6 +110,7 @@ end
 local function move(old, new)
   local time = now()
   if old == 'queued' then
+    give_back_fetched(step.id)
     end_fetching()
     leave_lines('{keys.QUEUE_LINES}', step.id)
     leave_lines('{keys.FETCH_LINES}', step.id)

@@ -7,6 +7,7 @@ import signal
 
 from meshcone.settings import load_settings
 from worker.broker.connections import connect_async, connect_bytes, connect_text
+from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.logs import configure_logging
@@ -39,7 +40,7 @@ async def _transfer(settings: TransferSettings, url: str) -> None:
                 settings,
                 ledger=ledger,
                 queue=JobQueue(settings, plain),
-                sources=Sources(settings, blobs, register),
+                sources=Sources(settings, blobs, register, FetchAccounts(text)),
             )
             delivering = Delivering(client, settings, ledger=ledger, blobs=blobs)
             loop = asyncio.get_running_loop()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING
 
 from meshcone.errors import InputError, LimitError, MeshConeError
+from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.records import JobFile, JobRecord, RemoteFile, StoredFile
 from worker.storage.blobs import BlobStore, digest_of
 from worker.transfers.buckets import Buckets
@@ -29,14 +30,20 @@ class Sources:
         settings: how much, and where from.
         blobs: where the files go.
         register: keeps them from vanishing before the ledger knows them.
+        accounts: counts their bytes.
     """
 
     def __init__(
-        self, settings: TransferSettings, blobs: BlobStore, register: BlobRegister
+        self,
+        settings: TransferSettings,
+        blobs: BlobStore,
+        register: BlobRegister,
+        accounts: FetchAccounts,
     ) -> None:
         self._settings = settings
         self._blobs = blobs
         self._register = register
+        self._accounts = accounts
         self._web = Web(private_addresses=settings.transfer_private_addresses)
         self._buckets = Buckets(settings.fetch_buckets)
 
@@ -52,10 +59,12 @@ class Sources:
         Raises:
             InputError: a server, or what it says, cannot be used. A
                 :class:`~worker.transfers.errors.PassingError` if that may change by itself.
-            LimitError: there is more than this installation fetches for one job.
+            LimitError: there is more than this installation fetches for one job, or more than
+                its sender may have fetched.
             StoreError: the blob store cannot be used.
             OSError: the disk where files are kept as they come cannot be used.
         """
+        await asyncio.to_thread(self._accounts.give_back, record.id)  # of a try that was cut off
         errand = _Errand(
             self,
             record,
@@ -96,6 +105,7 @@ class Sources:
 
         Raises:
             InputError: it is not what the sender said it would be.
+            LimitError: its sender may have no more bytes fetched today.
         """
         digest = digest_of(content)
         if file.sha256 not in (None, digest):
@@ -104,8 +114,9 @@ class Sources:
                 f"not {file.sha256}"
             )
         is_new = not self._register.is_had(digest, record.project)
-        self._register.lease([digest], record.id)
         size = content.seek(0, os.SEEK_END)
+        self._accounts.take(record.id, record.fetch_accounts, size)
+        self._register.lease([digest], record.id)
         self._blobs.put_file(content, digest, anew=is_new)
         return StoredFile(name=file.name, digest=digest, size=size, origin=file.origin)
 

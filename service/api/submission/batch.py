@@ -22,6 +22,7 @@ from service.api.submission.submission import (
     key_reused,
     require_signable,
     size_of_blob,
+    with_accounts,
 )
 from service.problems import ProblemError, problem, queue_full
 from service.settings import ServiceSettings
@@ -154,6 +155,7 @@ def _jobs(
         with naming_pair(index):
             require_signable(form.webhook, sender, context)
             record = gathered(form, job_id, files.found).record(sender)
+            record = with_accounts(record, sender, context)
         yield record.model_copy(
             update={"batch": batch.id, "name": record.source.name if name is None else name}
         )

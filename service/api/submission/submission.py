@@ -249,6 +249,13 @@ def made_before(submission: Submission, claim: Claim, context: Context) -> JobRe
     return _known(claim.job_id, context)
 
 
+def with_accounts(record: JobRecord, sender: Sender, context: Context) -> JobRecord:
+    """The record of a job; if files are to be fetched for it, with whom their bytes count for."""
+    if sender.key is None or len(record.stored_files) == len(record.files):
+        return record
+    return record.model_copy(update={"fetch_accounts": context.quotas.byte_accounts(sender.key)})
+
+
 def accept(
     submission: Submission, claim: Claim | None, sender: Sender, context: Context
 ) -> JobRecord:
@@ -261,7 +268,7 @@ def accept(
         ProblemError: the queue is full, the sender's quota is used up, or another request
             has used the key.
     """
-    record = submission.record(sender)
+    record = with_accounts(submission.record(sender), sender, context)
     if sender.key is None:
         return _enter(record, submission, claim, sender, context)
     context.quotas.reserve(sender.key, record.id, submission.size)
