@@ -76,6 +76,7 @@ BENCHMARKS = (
     Benchmark("engine", "The engine on damaged shapes, beside its peers", quick="--vertices 600"),
     Benchmark("engine", "How long a refinement takes", "--speed", "--largest 5000"),
     Benchmark("profile_engine", "Where its time goes", quick="--subdivisions 4"),
+    Benchmark("regions", "Regions beside the whole", quick="--vertices 3000"),
     Benchmark("confirming", "What SCS's confirmation costs", quick="--subdivisions 3 4"),
     Benchmark("memory", "Memory and time of one job", quick="--vertices 4096 16384"),
     Benchmark(

@@ -45,8 +45,9 @@ class CurvatureField:
         directions = (end - start) / np.maximum(lengths, 1e-300)[:, None]
         angles = np.arctan2(row_dot(np.cross(normal, other), directions), row_dot(normal, other))
         bent = (angles != 0) & (lengths > 0)
-        self._tree = BoxTree.of(mesh.vertices, ends[bent][:, [0, 1, 1]])
-        order = np.flatnonzero(bent)[self._tree.order]
+        tree = BoxTree.of(mesh.vertices, ends[bent][:, [0, 1, 1]])
+        self._nodes = tree.spans, tree.children, tree.boxes
+        order = np.flatnonzero(bent)[tree.order]
         self._middles = ((start + end) / 2)[order]
         self._directions = directions[order]
         self._lengths, self._angles = lengths[order], angles[order]
@@ -58,11 +59,10 @@ class CurvatureField:
             points: centres of the balls, on the surface.
             radius: of the balls, in the mesh's unit.
         """
-        total, tree = np.zeros(len(points)), self._tree
+        total = np.zeros(len(points))
         if len(self._lengths):
-            nodes = tree.spans, tree.children, tree.boxes
             edges = self._middles, self._directions, self._lengths, self._angles
-            _gather(np.require(points, np.float64, ["C", "W"]), radius, *nodes, *edges, total)
+            _gather(np.require(points, np.float64, ["C", "W"]), radius, *self._nodes, *edges, total)
         return total / (2 * np.pi * radius**2)
 
 

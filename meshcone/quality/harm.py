@@ -159,7 +159,8 @@ class HarmCheck:
         """Measure the distances of a mesh with the source's faces."""
         # The same places on the mesh before and after: areas change, and a part that the
         # reference lacks would weigh more beside one that has become smooth.
-        carried = np.einsum("ij,ijk->ik", self._weights, mesh.corners[self._faces])
+        corners = mesh.vertices[mesh.faces[self._faces]]
+        carried = np.einsum("ij,ijk->ik", self._weights, corners)
         there = self._tree.closest(carried).distances
         back = SurfaceTree(mesh).closest(self._samples).distances
         return Distances(

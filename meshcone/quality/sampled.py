@@ -135,6 +135,14 @@ class SampledSurface:
         """Radius of the sphere the mesh would be scaled by; 1 for a reference in its frame."""
         return Frame.of(self.mesh).radius
 
+    def let_go(self) -> None:
+        """Keep nothing that only comparing it takes; what is asked for again is made again.
+
+        Of a mesh of a million vertices that is more than a gigabyte.
+        """
+        for name in ("curvature", "closest_normals", "_edge_uses", "sample_tree"):
+            self.__dict__.pop(name, None)
+
     def own_curvatures(self, radius: float) -> Floats:
         """Mean curvature at its own points, over balls of a radius in the mesh's unit."""
         if radius not in self._own_curvatures:

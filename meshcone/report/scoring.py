@@ -142,6 +142,8 @@ class Scorer:
         """
         if not self._options.deviation.prove:
             return None
+        if not self._options.baselines:  # which are yet to be compared with it
+            self._reference.let_go()
         bars = bars_of(gates, frame.radius)
         closed = self._closed
         encloses = None if closed is None else partial(inside, reference=closed)
@@ -226,7 +228,9 @@ class Scorer:
         pairs = self._options.quality.intersection_pairs
         with self._watch.stage("validity"):
             validity = inspect(surface.mesh, pairs, before, collapsed)
-        return compare(surface, self._reference, validity, self._watch)
+        found = compare(surface, self._reference, validity, self._watch)
+        surface.let_go()
+        return found
 
     def _sampled(self, mesh: Mesh, seed: int) -> SampledSurface:
         with self._watch.stage("sampling"):

@@ -67,7 +67,7 @@ def sample_surface(
     faces = np.minimum(faces, len(mesh.faces) - 1)
     root = np.sqrt(uniform[:, 1])
     weights = np.stack([1 - root, root * (1 - uniform[:, 2]), root * uniform[:, 2]], axis=1)
-    points = np.einsum("ij,ijk->ik", weights, mesh.corners[faces])
+    points = np.einsum("ij,ijk->ik", weights, mesh.vertices[mesh.faces[faces]])
     return SurfaceSamples(points, mesh.face_normals[faces], faces)
 
 

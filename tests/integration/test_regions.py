@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +45,29 @@ def test_the_bytes_are_the_same_for_any_number_of_processes(
         assert other.certificate is not None
         certificates = [read_certificate(each.certificate, "made") for each in (alone, other)]
         assert certificates[0].arrays_equal(certificates[1])
+
+
+def test_the_benchmark_measures_regions_beside_the_whole() -> None:
+    script = Path(__file__).parents[2] / "benchmarks" / "regions.py"
+    asked = ["--vertices", "500", "--regions", "1", "3", "--processes", "1", "2"]
+
+    done = subprocess.run(
+        [sys.executable, str(script), *asked],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stderr
+    rows = [line.split("│")[1:-1] for line in done.stdout.splitlines() if line.startswith("│")]
+    assert [[cell.strip() for cell in row[1:3]] for row in rows] == [
+        ["1", "1"],
+        ["3", "1"],
+        ["3", "2"],
+    ]
+    assert {row[-1].strip() for row in rows} == {"yes"}
+    assert all(0.5 < float(row[-2]) <= 1.02 for row in rows)
 
 
 def test_results_come_in_the_order_they_were_asked_for() -> None:

@@ -8,9 +8,11 @@ import pytest
 from meshcone.quality.metrics import (
     ClosestTriangles,
     aspect_ratio,
+    compare,
     curvature_error,
     earth_movers_distance,
 )
+from meshcone.quality.validity import inspect
 from meshcone.surface import Mesh
 from meshcone.surface.closest import barycentric_weights
 from tests.meshes import noisy, sphere, torus
@@ -39,6 +41,17 @@ def test_a_mesh_is_compared_with_itself_as_if_its_points_were_searched_for() -> 
     np.testing.assert_allclose(carried, own.points, atol=1e-12)
     assert here.curvature_error == pytest.approx(there.curvature_error, abs=1e-9)
     assert here.surface_normal_consistency == pytest.approx(there.surface_normal_consistency)
+
+
+def test_what_a_surface_has_let_go_of_is_made_again() -> None:
+    surface, reference = sampled(noisy(sphere(2), 0.02)), sampled(sphere(3), seed=1)
+    validity = inspect(surface.mesh, 1_000_000)
+    first = compare(surface, reference, validity)
+
+    surface.let_go()
+    reference.let_go()
+
+    assert compare(surface, reference, validity) == first
 
 
 def test_concentric_spheres_are_as_far_apart_as_their_radii() -> None:
