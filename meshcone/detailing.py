@@ -123,13 +123,18 @@ def _found(pair: Pair, options: Options, on_level: Callable[[int, int], None]) -
     counts = np.bincount(twins, minlength=len(twins))
     divisible = np.ones(len(twins), dtype=bool)
     np.logical_and.at(divisible, twins, pair.divisible)
-    found = find_detail(joined, pair.reference, divisible & (counts > 0), aimed, on_level, counts)
+    charts = pair.source_asset.charts() if options.detail.flips == "chart" else None
+    single = divisible & (counts == 1)
+    charts = charts and charts.keeping(~single)
+    found = find_detail(
+        joined, pair.reference, divisible & (counts > 0), aimed, on_level, counts, charts
+    )
     if (counts == 1).all():
         return found
     alike = pair.source_asset.divided_alike(found.subdivision)
     if alike.is_conforming(joined.faces):
         return replace(found, subdivision=alike)
-    return find_detail(joined, pair.reference, divisible & (counts == 1), aimed, on_level)
+    return find_detail(joined, pair.reference, single, aimed, on_level, charts=charts)
 
 
 def _solved(
@@ -174,6 +179,7 @@ def _record(
         faces_after=len(subdivision.parents),
         faces_allowed=options.detail.faces_allowed(subdivision.sources),
         divided=int(np.count_nonzero(subdivision.divided)),
+        swapped=int(np.count_nonzero(subdivision.swapped)),
         levels=found.levels,
         stopped=stopped,
     )

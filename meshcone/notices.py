@@ -162,6 +162,11 @@ class Code(StrEnum):
         "writing.weights",
         "vertices that were added follow fewer joints than those around them together",
     )
+    WRITING_DIAGONALS = (
+        "writing.diagonals",
+        "diagonals were swapped across faces of the source: the texture's map is another inside, "
+        "with the outline that it had",
+    )
     SOLVER_UNFINISHED = (
         "solver.unfinished",
         "the solver stopped in a round without meeting its tolerance",

@@ -20,8 +20,9 @@ from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError, MeshConeError
 from meshcone.files import MeshFile
-from meshcone.notices import Notice
+from meshcone.notices import Code, Notice
 from meshcone.options import Options, SelectOptions
+from meshcone.surface.charts import Charts
 from meshcone.surface.subdivision import Subdivision
 
 _DEFAULT = WritePolicy()
@@ -287,9 +288,44 @@ class Asset(abc.ABC):
         """Divide every face as its twin is divided, which is how :meth:`divided` can write it."""
         return subdivision
 
-    def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:  # noqa: ARG002
+    def charts(self) -> Charts:
+        """What joins faces beyond their place, and their texture coordinates.
+
+        Raises:
+            InputError: a part of the file that says nothing of its surface cannot be read.
+        """
+        drawn = np.full(len(self.triangles), -1, dtype=np.int64)
+        planes: dict[str, NDArray[np.float64]] = {}
+        for number, draw in enumerate(self.content().draws):
+            drawn[draw.rows] = number
+            for name, attribute in draw.attributes.items():
+                if name.startswith("TEXCOORD_"):
+                    empty = np.full((len(drawn), 3, 2), np.nan)
+                    plane = planes.setdefault(name, empty)
+                    plane[draw.rows] = attribute.at_corners(as_stored=True)[:, :, :2]
+        keys = np.stack([drawn[self.kept], self.regions], axis=1)
+        _, labels = np.unique(keys, axis=0, return_inverse=True)
+        return Charts(
+            self._chart_corners()[self.kept],
+            np.where(keys[:, 0] < 0, -1, labels.ravel()).astype(np.int64),
+            tuple(planes[name][self.kept] for name in sorted(planes)),
+        )
+
+    def _chart_corners(self) -> NDArray[np.int64]:
+        """(k, 3) vertices of the file at the corners of ``triangles``, with all they have."""
+        return self.triangles
+
+    def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:
         """What :meth:`divided` changes of the file besides its faces."""
-        return ()
+        swapped = np.count_nonzero(subdivision.swapped)
+        if not swapped:
+            return ()
+        words = (
+            f"{swapped:,} faces have corners in several faces of the source, for diagonals were "
+            "swapped; texture coordinates are what they were at every vertex, and between vertices "
+            "of these faces they are interpolated anew"
+        )
+        return (Notice(Code.WRITING_DIAGONALS, words),)
 
     def ensure_divisible(self) -> None:
         """Check, without a subdivision yet, that ``divided`` can write this format.

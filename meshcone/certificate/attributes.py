@@ -33,7 +33,7 @@ def attributes_check(source: Asset, refined: Asset, subdivision: Subdivision) ->
         subdivision: of the source's faces.
     """
     both = _Both(source, refined, subdivision)
-    other = np.flatnonzero(both.materials[0] != both.materials[1])
+    other = np.flatnonzero((both.materials[0] != both.materials[1]).any(axis=1))
     if len(other):
         words = f"face {other[0]} of the refined file has another material than the one it lies in"
         return Check("attributes", False, words)
@@ -96,22 +96,23 @@ class _Both:
 
     def __init__(self, source: Asset, refined: Asset, subdivision: Subdivision) -> None:
         self._before, self._after = _Corners(source), _Corners(refined)
-        self._rows = source.kept[subdivision.parents]
+        self._rows = source.kept[subdivision.owners]
         self._now = _divided_rows(source, subdivision)
-        self._weights = subdivision.corners / 2.0**subdivision.exponent
+        self._weights = subdivision.places / 2.0**subdivision.exponent
         self.names = sorted({*self._before.names, *self._after.names})
 
     @property
     def materials(self) -> tuple[Ints, Ints]:
-        """(f,) material of each face's parent, and its own; −1 for the default."""
-        return self._before.materials[self._rows], self._after.materials[self._now]
+        """(f, 3) material where each corner lies, and of the face itself; −1 for the default."""
+        now = self._after.materials[self._now]
+        return self._before.materials[self._rows], np.repeat(now[:, None], 3, axis=1)
 
     def values(self, name: str) -> tuple[Floats, Floats]:
         """(f, 3, c) what lies at each corner in the source, and what the refined file has there."""
         corners = self._before.values(name)[self._rows]
         # A corner that has no part in it may have no value.
         weights = self._weights[..., None]
-        terms = np.where(weights > 0, weights * corners[:, None], 0.0)
+        terms = np.where(weights > 0, weights * corners, 0.0)
         return terms.sum(axis=2), self._after.values(name)[self._now]
 
     def step(self, name: str) -> float:
@@ -133,10 +134,9 @@ class _Both:
             for each, rows in ((self._before, self._rows), (self._after, self._now))
         )
         shape = (*weights.shape[:2], -1)
-        blended = (self._weights[..., None] * weights[:, None]).reshape(shape)
-        around = np.broadcast_to(joints[:, None], (*joints.shape[:2], *joints.shape[1:]))
-        around, blended = _merged(around.reshape(shape), _as_shares(blended))
-        room = weights.shape[2]
+        blended = (self._weights[..., None] * weights).reshape(shape)
+        around, blended = _merged(joints.reshape(shape), _as_shares(blended))
+        room = weights.shape[3]
         order = np.argsort(-blended, axis=2, kind="stable")
         around, blended = (np.take_along_axis(each, order, axis=2) for each in (around, blended))
         kept = _as_shares(blended[..., :room])

@@ -37,9 +37,15 @@ def divide(
         if told is not None and (told.divided or told.faces_after != told.faces_before):
             raise InputError("the report states that faces were divided, the certificate does not")
         return pair, []
-    subdivision = stored.checked(pair.source_asset.faces)
-    counts = subdivision.sources, len(subdivision.parents), int(subdivision.divided.sum())
-    if told is None or (told.faces_before, told.faces_after, told.divided) != counts:
+    subdivision = stored.checked(pair.source_asset.faces, pair.source_asset.charts)
+    swapped = int(np.count_nonzero(subdivision.swapped))
+    if swapped and report.options.detail.flips != "chart":
+        raise InputError("diagonals are swapped on sides of faces, and no option asks for it")
+    counts = subdivision.sources, len(subdivision.parents), int(subdivision.divided.sum()), swapped
+    if told is None or counts != (
+        *(told.faces_before, told.faces_after),
+        *(told.divided, told.swapped),
+    ):
         raise InputError("the report states other numbers of faces than the division has")
     written = pair.read_patched(refined)
     expected = len(pair.source_asset.triangles) + len(subdivision.parents) - subdivision.sources
@@ -50,12 +56,18 @@ def divide(
         )
     divided = pair.divided(subdivision, report.options)
     require_same_structure(divided, written)
-    whole = subdivision.sources - np.count_nonzero(subdivision.divided)
+    whole = subdivision.sources - np.count_nonzero(subdivision.unswapped().divided)
     words = (
         f"{len(subdivision.parents) - whole:,} faces tile {subdivision.sources - whole:,} of the "
         f"{subdivision.sources:,} of the source, and those that share a side divide it alike: "
         "shown by whole numbers"
     )
+    if swapped:
+        words += (
+            f"; then {swapped:,} of these took corners from each other, within one material, "
+            "with the borders of charts and the sense of every triangle of texture coordinates "
+            "kept, so that a chart covers what it covered"
+        )
     attributes = attributes_check(pair.source_asset, _unmoved(divided, written), subdivision)
     return divided, [Check("division", True, words), attributes]
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshcone.detail.divided_mesh import DividedMesh, edge_of_sides
 from meshcone.surface import Mesh, SurfaceTree
 from meshcone.surface.arrays import Bools, Floats, Ints, normalized, row_dot, row_lengths
 
 _ALONG = (0.25, 0.5, 0.75)  # where a diagonal is looked at
-_PASSES = 4
+PASSES = 4
 _GAIN = 0.15  # the other diagonal is closer by at least this share
 _FLOOR = 2e-5  # of the radius: nearer than this, nothing is to be gained
 _FOLDED = 0.5  # least cosine between a new face and the two it replaces
@@ -29,18 +31,25 @@ def flip_inside(divided: DividedMesh, tree: SurfaceTree) -> DividedMesh:
         divided: the mesh, where it was moved to.
         tree: closest points on the reference.
     """
-    for _ in range(_PASSES):
-        pairs = _Pairs.inside(divided)
+    for _ in range(PASSES):
+        pairs = Pairs.inside(divided)
         gain = pairs.gain(divided.mesh, tree)
         chosen = pairs.independent(gain, len(divided.mesh.faces))
         if not len(chosen):
             break
-        divided = pairs.swapped(divided, chosen)
+        some = pairs.only(chosen)
+        divided = DividedMesh(
+            Mesh(divided.mesh.vertices, some.swapped(divided.mesh.faces)),
+            divided.parents,
+            some.swapped(divided.corners),
+            divided.exponent,
+            divided.sources,
+        )
     return divided
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class Pairs:
     """Pairs of faces with a side in common, whose other diagonal may take its place.
 
     Attributes:
@@ -55,45 +64,42 @@ class _Pairs:
     ring: Ints
 
     @staticmethod
-    def inside(divided: DividedMesh) -> _Pairs:
-        """Find the pairs inside a parent that are convex there."""
-        mesh, parents = divided.mesh, divided.parents
+    def of(mesh: Mesh) -> Pairs:
+        """Find all pairs that run around alike, and whose other diagonal is no side yet."""
         sides = edge_of_sides(mesh).ravel()
         order = np.argsort(sides, kind="stable")
         uses = np.bincount(sides, minlength=len(mesh.edges))
         first = order[(np.cumsum(uses) - uses)[uses == 2]]
         second = order[(np.cumsum(uses) - uses)[uses == 2] + 1]
-        together = parents[first // 3] == parents[second // 3]
-        slots = np.stack([first[together], second[together]], axis=1)
-        faces, turns = np.divmod(slots, 3)
-        ring = np.stack(
-            [
-                mesh.faces[faces[:, 0], turns[:, 0]],
-                mesh.faces[faces[:, 0], (turns[:, 0] + 1) % 3],
-                mesh.faces[faces[:, 0], (turns[:, 0] + 2) % 3],
-                mesh.faces[faces[:, 1], (turns[:, 1] + 2) % 3],
-            ],
-            axis=1,
-        )
-        pairs = _Pairs(faces, turns, ring)
-        a, b, c, d = (place[:, :2] for place in pairs.places(divided))
-        convex = (_turn(a, d, c) > 0) & (_turn(d, b, c) > 0)
-        return pairs.only(convex & ~_known(mesh, ring[:, 2:]))
+        faces, turns = np.divmod(np.stack([first, second], axis=1), 3)
+        every = Pairs(faces, turns, np.empty((len(faces), 4), dtype=np.int64))
+        ring = np.stack(every.around(mesh.faces), axis=1)
+        pairs = Pairs(faces, turns, ring)
+        alike = mesh.faces[faces[:, 1], (turns[:, 1] + 1) % 3] == ring[:, 0]
+        return pairs.only(alike & (ring[:, 2] != ring[:, 3]) & ~_known(mesh, ring[:, 2:]))
 
-    def only(self, rows: Bools | Ints) -> _Pairs:
+    @staticmethod
+    def inside(divided: DividedMesh) -> Pairs:
+        """Find the pairs inside a parent that are convex there."""
+        pairs = Pairs.of(divided.mesh)
+        first, second = pairs.faces.T
+        pairs = pairs.only(divided.parents[first] == divided.parents[second])
+        a, b, c, d = (place[:, :2] for place in pairs.around(divided.corners))
+        return pairs.only((_turn(a, d, c) > 0) & (_turn(d, b, c) > 0))
+
+    def only(self, rows: Bools | Ints) -> Pairs:
         """Return some of the pairs."""
-        return _Pairs(self.faces[rows], self.turns[rows], self.ring[rows])
+        return Pairs(self.faces[rows], self.turns[rows], self.ring[rows])
 
-    def places(self, divided: DividedMesh) -> list[Ints]:
-        """Barycentric numerators (k, 3) of a, b, c and d in the parent."""
+    def around(self, table: NDArray[Any]) -> list[NDArray[Any]]:
+        """What a table (f, 3, ...) of corners has at a, b, c and d, each (k, ...)."""
         first, second = self.faces.T
         turn, other = self.turns.T
-        corners = divided.corners
         return [
-            corners[first, turn],
-            corners[first, (turn + 1) % 3],
-            corners[first, (turn + 2) % 3],
-            corners[second, (other + 2) % 3],
+            table[first, turn],
+            table[first, (turn + 1) % 3],
+            table[first, (turn + 2) % 3],
+            table[second, (other + 2) % 3],
         ]
 
     def gain(self, mesh: Mesh, tree: SurfaceTree) -> Floats:
@@ -132,18 +138,13 @@ class _Pairs:
                 chosen.append(pair)
         return np.array(chosen, dtype=np.int64)
 
-    def swapped(self, divided: DividedMesh, chosen: Ints) -> DividedMesh:
-        """Swap the diagonals of some pairs."""
-        faces, corners = divided.mesh.faces.copy(), divided.corners.copy()
-        some = self.only(chosen)
-        first, second = some.faces.T
-        a, b, c, d = some.places(divided)
-        ring = some.ring
-        faces[first], faces[second] = ring[:, [0, 3, 2]], ring[:, [3, 1, 2]]
-        corners[first] = np.stack([a, d, c], axis=1)
-        corners[second] = np.stack([d, b, c], axis=1)
-        mesh = Mesh(divided.mesh.vertices, faces)
-        return DividedMesh(mesh, divided.parents, corners, divided.exponent, divided.sources)
+    def swapped(self, table: NDArray[Any]) -> NDArray[Any]:
+        """Swap the diagonals of all pairs in a table (f, 3, ...) of corners."""
+        changed = table.copy()
+        a, b, c, d = self.around(table)
+        changed[self.faces[:, 0]] = np.stack([a, d, c], axis=1)
+        changed[self.faces[:, 1]] = np.stack([d, b, c], axis=1)
+        return changed
 
 
 def _known(mesh: Mesh, pairs: Ints) -> Bools:

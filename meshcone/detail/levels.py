@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, log
 
 import numpy as np
 
 from meshcone.deadline import require_time
+from meshcone.detail.chart_flips import Swapped, flip_in_charts
 from meshcone.detail.choosing import choose_edges
 from meshcone.detail.divided_mesh import DividedMesh, edge_of_sides
 from meshcone.detail.flips import flip_inside
@@ -22,6 +23,7 @@ from meshcone.program.source_structure import SourceStructure
 from meshcone.quality.intersections import self_intersections
 from meshcone.surface import Mesh, Subdivision
 from meshcone.surface.arrays import Bools, Floats, Ints
+from meshcone.surface.charts import Charts
 from meshcone.surface.subdivision import MAX_EXPONENT
 
 # Faces after a level over those before, at most: the next level is to see what this one did.
@@ -62,6 +64,7 @@ def find_detail(
     options: Options,
     on_level: Callable[[int, int], None] | None = None,
     counts: Ints | None = None,
+    charts: Charts | None = None,
 ) -> Detail:
     """Divide a source where it misses its reference.
 
@@ -77,13 +80,15 @@ def find_detail(
         on_level: called with the faces so far and the faces allowed.
         counts: (m,) how many faces each face stands for, itself among them; 0 for one that
             another stands for, which may not be divided. By default 1 for all.
+        charts: of the source's faces, in which diagonals on their sides may be swapped; only
+            where the options ask for it.
 
     Raises:
         SolveTimeoutError: the time that is allowed for solving is over.
     """
     alone = np.ones(len(source.faces), dtype=np.int64)
     levels = _Levels(source, reference, divisible, alone if counts is None else counts, options)
-    return levels.run(on_level)
+    return levels.run(on_level, charts if options.detail.flips == "chart" else None)
 
 
 class _Levels:
@@ -113,7 +118,7 @@ class _Levels:
             }
         )
 
-    def run(self, on_level: Callable[[int, int], None] | None) -> Detail:
+    def run(self, on_level: Callable[[int, int], None] | None, charts: Charts | None) -> Detail:
         """Divide until there is a reason to stop."""
         now, levels = DividedMesh.of(self._source), 0
         misses = self._misses(now)
@@ -132,7 +137,11 @@ class _Levels:
                 break
             now, misses = found
             levels += 1
-        return Detail(now.subdivision(), levels, stopped, now.mesh.corners)
+        swapped = None if charts is None else self._in_charts(now, misses, charts)
+        if swapped is None:
+            return Detail(now.subdivision(), levels, stopped, now.mesh.corners)
+        division = replace(now.subdivision(), slots=swapped.slots)
+        return Detail(division, levels, stopped, swapped.mesh.corners)
 
     def _reason_to_stop(self, now: DividedMesh, misses: Misses) -> Stopped | None:
         if misses.farthest <= max(self._tolerance, _ROUNDING):
@@ -149,8 +158,10 @@ class _Levels:
             return None
         rest = now.split(marked)
         split = self._moved(rest)
-        swapped = self._moved(flip_inside(split, self._target.tree))
-        for found in (swapped, split):
+        tried = [split]
+        if self._options.detail.flips != "none":
+            tried.insert(0, self._moved(flip_inside(split, self._target.tree)))
+        for found in tried:
             after = self._misses(found)
             if after.total > (1 - _LEAST_HELP) * misses.total:
                 continue
@@ -159,6 +170,19 @@ class _Levels:
                 return found, after
             self._divisible[tangled] = False
         return None
+
+    def _in_charts(self, now: DividedMesh, misses: Misses, charts: Charts) -> Swapped | None:
+        """Swap diagonals on sides of the source's faces, and move; None if it does not help."""
+        found = flip_in_charts(now, charts, self._source, self._target.tree)
+        if np.array_equal(found.mesh.faces, now.mesh.faces):
+            return None
+        answer = refine_surface(found.mesh, self._reference, self._quick, guarded=False)
+        moved = replace(now, mesh=found.mesh.moved_to(answer.positions))
+        if self._misses(moved).total > misses.total or self._crossings(moved).sum() > max(
+            self._crossings(now).sum(), 2 * _FEW_CROSSINGS
+        ):
+            return None
+        return Swapped(moved.mesh, found.slots)
 
     def _limit(self, now: DividedMesh) -> int:
         """How many faces the next level may have: equal growth until the budget is spent."""

@@ -18,6 +18,11 @@ class DetailRecord(BaseModel):
     faces_after: int = Field(description="of the refined file, likewise")
     faces_allowed: int = Field(description="the limit that the options set")
     divided: int = Field(description="faces of the source that were divided")
+    swapped: int = Field(
+        0,
+        description="of the faces afterwards, those with corners in several faces of the source; "
+        "0 unless `flips` is `chart`",
+    )
     levels: int = Field(description="how often faces were chosen and divided")
     stopped: Stopped = Field(
         description="tolerance: no sample is farther than it; budget: the faces allowed are "

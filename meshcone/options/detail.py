@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -37,6 +37,14 @@ class DetailOptions(Section):
         allow_inf_nan=False,
         description="distance from the reference, relative to its radius, within which nothing "
         "is divided any more; 0: the limit on faces alone ends it",
+    )
+
+    flips: Literal["none", "parent", "chart"] = Field(
+        "parent",
+        description="where diagonals are swapped that lie badly: `parent`, inside each face of "
+        "the source, so that its parts tile it; `chart`, on its sides too, where texture "
+        "coordinates and all else go on across them, which changes the inside of the texture's "
+        "map and not its outline; `none`, nowhere",
     )
 
     @staticmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,21 +49,33 @@ class Subdivision:
     corners is the order in which it runs around, the same as its parent's. A face that is not
     divided is its own only child. Children stand in the order of their parents.
 
+    Diagonals between these children may then be swapped, those on sides of parents too: a face
+    takes the corners that ``slots`` names, which may be those of children of other parents. It
+    keeps its row, and with it its place, group and material in a file.
+
     Attributes:
         sources: number of faces of the source.
-        parents: (f,) the face of the source that each new face lies in, ascending.
-        corners: (f, 3, 3) barycentric numerators: new face, its corner, corner of the parent.
+        parents: (f,) the face of the source that each child lies in, ascending.
+        corners: (f, 3, 3) barycentric numerators: child, its corner, corner of the parent.
         exponent: all numerators are over 2 ** exponent; from 0 to ``MAX_EXPONENT``.
+        slots: (f, 3) of each corner of each new face, 3 times the child that has it before
+            diagonals are swapped, plus its number there. By default none is swapped.
     """
 
     sources: int
     parents: Ints
     corners: NDArray[np.int32]
     exponent: int
+    slots: Ints = field(default_factory=lambda: np.empty((0, 3), dtype=np.int64))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parents", np.ascontiguousarray(self.parents, dtype=np.int64))
         object.__setattr__(self, "corners", np.ascontiguousarray(self.corners, dtype=np.int32))
+        slots = self.slots if len(self.slots) else self._own_slots()
+        object.__setattr__(self, "slots", np.ascontiguousarray(slots, dtype=np.int64))
+
+    def _own_slots(self) -> Ints:
+        return np.arange(3 * len(self.parents), dtype=np.int64).reshape(-1, 3)
 
     @staticmethod
     def none(sources: int) -> Subdivision:
@@ -74,7 +86,61 @@ class Subdivision:
     @property
     def divided(self) -> Bools:
         """(sources,) which faces of the source have other children than themselves."""
-        return np.asarray(np.bincount(self.parents, minlength=self.sources) != 1)
+        changed = np.asarray(np.bincount(self.parents, minlength=self.sources) != 1)
+        changed[self.parents[self.swapped]] = True
+        return changed
+
+    @property
+    def swapped(self) -> Bools:
+        """(f,) which faces have other corners than the child in their row."""
+        return np.asarray((self.slots != self._own_slots()).any(axis=1))
+
+    @property
+    def owners(self) -> Ints:
+        """(f, 3) the face of the source that each corner of each new face is told in."""
+        return self.parents[self.slots // 3]
+
+    @property
+    def places(self) -> NDArray[np.int32]:
+        """(f, 3, 3) ``corners`` of the new faces, each in the face that ``owners`` names."""
+        return np.asarray(self.corners.reshape(-1, 3)[self.slots])
+
+    def unswapped(self) -> Subdivision:
+        """Return the children as they tile their parents, with no diagonal swapped."""
+        return Subdivision(self.sources, self.parents, self.corners, self.exponent)
+
+    def renumbered(self, numbers: Ints, sources: int) -> Subdivision:
+        """Take the children of some faces, which have other numbers somewhere else.
+
+        Args:
+            numbers: (sources,) number there of each face here, −1 for one that is not there.
+            sources: how many faces there are; those that none here is are not divided.
+        """
+        mine = np.flatnonzero(numbers[self.parents] >= 0)
+        others = np.setdiff1d(np.arange(sources), numbers)
+        parents = np.concatenate([numbers[self.parents[mine]], others])
+        own = np.tile(np.eye(3, dtype=np.int32) << self.exponent, (len(others), 1, 1))
+        order = np.argsort(parents, kind="stable")
+        rows = np.empty(len(order), dtype=np.int64)
+        rows[order] = np.arange(len(order))
+        row_of_child = np.full(len(self.parents), -1, dtype=np.int64)
+        row_of_child[mine] = rows[: len(mine)]
+        slots = 3 * rows[:, None] + np.arange(3)
+        taken = self.slots[mine]
+        slots[: len(mine)] = 3 * row_of_child[taken // 3] + taken % 3
+        corners = np.concatenate([self.corners[mine], own])[order]
+        return Subdivision(sources, parents[order], corners, self.exponent, slots[order])
+
+    def mirrored(self) -> Subdivision:
+        """Return the same for faces whose corners are listed the other way around."""
+        slots = self.slots[:, ::-1]
+        return Subdivision(
+            self.sources,
+            self.parents,
+            self.corners[:, ::-1, ::-1],
+            self.exponent,
+            slots // 3 * 3 + (2 - slots % 3),
+        )
 
     def is_tiling(self) -> bool:
         """Tell, by whole numbers alone, whether the children of every parent tile it.
@@ -135,7 +201,7 @@ class Subdivision:
         points, numbers = _numbered(keys[new])
         divided = corners[:, 0].copy()
         divided[new] = count + numbers
-        return DividedFaces(divided.reshape(-1, 3), points[:, :3], points[:, 3:6], self.exponent)
+        return DividedFaces(divided[self.slots], points[:, :3], points[:, 3:6], self.exponent)
 
     def _over(self, faces: Ints) -> tuple[Ints, Ints]:
         """Corners (f, 3, 3) of each new corner in a table, ascending and merged, and weights.

@@ -228,7 +228,7 @@ class GltfAsset(Asset):
 
     def division_notices(self, subdivision: Subdivision) -> tuple[Notice, ...]:
         """See :meth:`Asset.division_notices`."""
-        told = []
+        told = list(super().division_notices(subdivision))
         if self._model.compressed:
             words = "what is compressed with Draco is written as plain buffers"
             told.append(Notice(Code.WRITING_DRACO, words))

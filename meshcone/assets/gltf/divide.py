@@ -108,8 +108,9 @@ class _Part:
     def divides_like(self, other: _Part) -> bool:
         """Whether the same triangles are divided in the same way."""
         mine, others = self.subdivision, other.subdivision
-        return np.array_equal(mine.parents, others.parents) and np.array_equal(
-            mine.corners, others.corners
+        return all(
+            np.array_equal(getattr(mine, name), getattr(others, name))
+            for name in ("parents", "corners", "slots")
         )
 
 
@@ -148,7 +149,7 @@ def _part(
         subdivision: of all faces.
         mirrored: whether the node turns triangles over, so that they are read the other way.
     """
-    primitive, exponent = placed.primitive, subdivision.exponent
+    primitive = placed.primitive
     if len(placed.triangles) != len(primitive.triangles):
         if subdivision.divided[faces[faces >= 0]].any():
             raise InputError(
@@ -159,24 +160,12 @@ def _part(
         faces = np.full(len(primitive.triangles), -1, dtype=np.int64)
     row_of_face = np.full(subdivision.sources, -1, dtype=np.int64)
     row_of_face[faces[faces >= 0]] = np.flatnonzero(faces >= 0)
-    children = np.flatnonzero(row_of_face[subdivision.parents] >= 0)
-    corners = subdivision.corners[children]
-    if mirrored:
-        corners = corners[:, ::-1, ::-1]
-    without_area = np.flatnonzero(faces < 0)
-    whole = np.tile(np.eye(3, dtype=np.int32) << exponent, (len(without_area), 1, 1))
-    parents = np.concatenate([row_of_face[subdivision.parents[children]], without_area])
-    order = np.argsort(parents, kind="stable")
+    mine = subdivision.renumbered(row_of_face, len(primitive.triangles))
     return _Part(
         primitive.element,
         primitive.position,
         primitive.triangles,
-        Subdivision(
-            len(primitive.triangles),
-            parents[order],
-            np.concatenate([corners, whole])[order],
-            exponent,
-        ),
+        mine.mirrored() if mirrored else mine,
     )
 
 
@@ -288,7 +277,10 @@ def _together(parts: list[Subdivision]) -> Subdivision:
     starts = np.cumsum([0, *(part.sources for part in parts)])
     parents = [part.parents + start for part, start in zip(parts, starts[:-1], strict=True)]
     corners = np.concatenate([part.corners for part in parts])
-    return Subdivision(int(starts[-1]), np.concatenate(parents), corners, parts[0].exponent)
+    firsts = np.cumsum([0, *(part.slots.size for part in parts)])[:-1]
+    slots = np.concatenate([p.slots + f for p, f in zip(parts, firsts, strict=True)])
+    exponent = parts[0].exponent
+    return Subdivision(int(starts[-1]), np.concatenate(parents), corners, exponent, slots)
 
 
 def _path(primitive: Element) -> tuple[str | int, ...]:

@@ -40,10 +40,18 @@ def divided_alike(scene: Scene, surface: WeldedSurface, subdivision: Subdivision
     ordinals = np.arange(len(parents)) - np.repeat(
         np.cumsum(counts[owners]) - counts[owners], counts[owners]
     )
-    corners = subdivision.corners[starts[owners[parents]] + ordinals]
+    rows = starts[owners[parents]] + ordinals
+    corners = subdivision.corners[rows]
     other_way = (turned != turned[owners])[parents]
     corners[other_way] = corners[other_way][:, ::-1, ::-1]
-    return Subdivision(subdivision.sources, parents, corners, subdivision.exponent)
+    own = owners[parents] == parents
+    there = np.zeros(len(subdivision.parents), dtype=np.int64)
+    there[rows[own]] = np.flatnonzero(own)
+    slots = np.arange(3 * len(parents)).reshape(-1, 3)
+    swapped = own & subdivision.swapped[rows]  # twins have no diagonal swapped
+    taken = subdivision.slots[rows[swapped]]
+    slots[swapped] = 3 * there[taken // 3] + taken % 3
+    return Subdivision(subdivision.sources, parents, corners, subdivision.exponent, slots)
 
 
 def _drawn(scene: Scene, surface: WeldedSurface) -> Iterator[tuple[str, bool, NDArray[np.int64]]]:

@@ -127,6 +127,12 @@ class ObjAsset(Asset):
     def ensure_divisible(self) -> None:
         """See :meth:`Asset.ensure_divisible`: every OBJ can be."""
 
+    def _chart_corners(self) -> NDArray[np.int64]:
+        columns = self._surface.triangles, self._corner_texcoords, self._corner_normals
+        rows = np.stack([each.ravel() for each in columns], axis=1)
+        _, numbers = np.unique(rows, axis=0, return_inverse=True)
+        return np.asarray(numbers.reshape(-1, 3), dtype=np.int64)
+
     def _divide(self, subdivision: Subdivision) -> bytes:
         unknown = {Code.TEXCOORDS_UNKNOWN, Code.NORMALS_UNKNOWN}
         return divided_obj(

@@ -78,16 +78,8 @@ def _of_triangles(subdivision: Subdivision, kept: Ints, touched: Bools) -> Subdi
 
     Triangles that are no face of the surface, for want of an area, are not divided.
     """
-    rows = np.cumsum(touched) - 1
-    mine = touched[kept[subdivision.parents]]
-    others = rows[touched & ~np.isin(np.arange(len(touched)), kept)]
-    parents = np.concatenate([rows[kept[subdivision.parents[mine]]], others])
-    own = np.tile(np.eye(3, dtype=np.int32) << subdivision.exponent, (len(others), 1, 1))
-    corners = np.concatenate([subdivision.corners[mine], own])
-    order = np.argsort(parents, kind="stable")
-    return Subdivision(
-        int(np.count_nonzero(touched)), parents[order], corners[order], subdivision.exponent
-    )
+    rows = np.where(touched, np.cumsum(touched) - 1, -1)
+    return subdivision.renumbered(rows[kept], int(np.count_nonzero(touched)))
 
 
 @dataclass(frozen=True)
