@@ -1,4 +1,4 @@
-"""PLY, STL and OFF: good enough for a reference, never written.
+"""PLY, STL and OFF: polygons, and what their vertices and faces carry.
 
 Read here rather than by trimesh, which trusts declared sizes, has no place to name in what it
 refuses, and (5.2) reads a binary PLY of triangles and quads as garbage where their sizes happen

@@ -9,6 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.base import Asset
+from meshcone.assets.foreign.divide import ForeignTriangles
+from meshcone.assets.foreign.divide_off import carries_more, divided_off
+from meshcone.assets.foreign.divide_ply import carries_properties, divided_ply
+from meshcone.assets.foreign.divide_stl import divided_stl, has_attributes
 from meshcone.assets.foreign.off import read_off
 from meshcone.assets.foreign.ply import read_ply
 from meshcone.assets.foreign.polygons import Polygons
@@ -22,6 +26,8 @@ from meshcone.assets.regions import Regions
 from meshcone.assets.weld import weld_surface
 from meshcone.errors import InputError
 from meshcone.notices import Code, Notice
+from meshcone.surface.charts import Charts
+from meshcone.surface.subdivision import Subdivision
 
 ForeignFormat = Literal["ply", "stl", "off"]
 
@@ -53,7 +59,7 @@ def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) ->
         places = polygons.places
         normals = None if places is None or places.normals is None else places.normals.read(data)
         return PointAsset(name, kind, polygons.positions, normals)
-    return ForeignAsset(name, kind, data, polygons)
+    return ForeignAsset(name, kind, data, polygons, limits)
 
 
 class ForeignAsset(Asset):
@@ -64,7 +70,9 @@ class ForeignAsset(Asset):
     on the side where they were; those that are zero stay zero.
     """
 
-    def __init__(self, name: str, kind: ForeignFormat, data: bytes, polygons: Polygons) -> None:
+    def __init__(
+        self, name: str, kind: ForeignFormat, data: bytes, polygons: Polygons, limits: Limits
+    ) -> None:
         whole = polygons.sizes >= 3
         corners = polygons.corners[np.repeat(whole, polygons.sizes)]
         sizes = polygons.sizes[whole]
@@ -85,9 +93,13 @@ class ForeignAsset(Asset):
             materials=0,
             warnings=tuple(warnings),
         )
-        self._data = data
+        self._data, self._limits = data, limits
         self._places = polygons.places
-        self.format = kind
+        starts = np.cumsum(sizes) - sizes
+        listed = np.repeat(np.arange(len(sizes)), sizes - 2)
+        self._rows = np.flatnonzero(whole)[listed]
+        self._corners = triangles - starts[listed][:, None]
+        self.format = self._kind = kind
         self.media_type = f"model/{kind}"
 
     def ensure_writable(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
@@ -102,6 +114,31 @@ class ForeignAsset(Asset):
                 "not a source",
                 file=self.name,
             )
+
+    def ensure_divisible(self) -> None:
+        """See :meth:`Asset.ensure_divisible`: what can be written can be divided."""
+        self.ensure_writable()
+
+    def charts(self) -> Charts:
+        """See :meth:`Asset.charts`; faces that carry anything of their own keep their sides."""
+        if self._kind == "ply":
+            keeps = carries_properties(self._data, self._limits)
+        else:
+            keeps = {"off": carries_more, "stl": has_attributes}[self._kind](self._data)
+        return super().charts().keeping(np.full(len(self.faces), keeps))
+
+    def _chart_corners(self) -> NDArray[np.int64]:
+        return self.weld[self.triangles] if self._kind == "stl" else self.triangles
+
+    def _divide(self, subdivision: Subdivision) -> bytes:
+        triangles = ForeignTriangles(
+            self._rows, self._corners, self._surface.triangles, self._surface.kept
+        )
+        if self._kind == "ply":
+            return divided_ply(self._data, self._limits, triangles, subdivision)
+        if self._kind == "off":
+            return divided_off(self._data, triangles, subdivision)
+        return divided_stl(self._data, triangles, subdivision, self.positions)
 
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
         positions, moved = self._scattered(vertices)

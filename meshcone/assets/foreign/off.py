@@ -28,7 +28,7 @@ from meshcone.assets.foreign.text import (
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-_KEYWORD = re.compile(rb"(?:ST)?C?(N?)(4?n?)OFF(?![A-Za-z_])\s*+")
+KEYWORD = re.compile(rb"(?:ST)?C?(N?)(4?n?)OFF(?![A-Za-z_])\s*+")
 
 
 def read_off(data: bytes, limits: Limits) -> Polygons:
@@ -40,7 +40,7 @@ def read_off(data: bytes, limits: Limits) -> Polygons:
     """
     lines = content_lines(data, limits, comments=True)
     number, text = next(lines, (1, b""))
-    keyword = _KEYWORD.match(text)
+    keyword = KEYWORD.match(text)
     if keyword is None:
         raise InputError(f"expected 'OFF', found '{shown(text)}'", place=f"line {number}")
     counts = text[keyword.end() :]

@@ -13,7 +13,7 @@ from meshcone.assets.foreign.polygons import Polygons, check_corners, check_posi
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-_NORMAL = (b"nx", b"ny", b"nz")
+NORMAL = (b"nx", b"ny", b"nz")
 _END = -1  # ends a strip within a list (Stanford's scans have all of a mesh in one)
 _CORNER_NAMES = (b"vertex_indices", b"vertex_index")
 
@@ -40,10 +40,10 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
             positions = body.vertices(element, _coordinates(element))
             vertex_place = body.place
         elif element.name == b"face" and element.count:
-            corners, sizes = body.polygons(element, _corners(element))
+            corners, sizes = body.polygons(element, corner_list(element))
             face_place = body.place
         elif element.name == b"tristrips" and element.count:
-            strips, strip_place = body.polygons(element, _corners(element)), body.place
+            strips, strip_place = body.polygons(element, corner_list(element)), body.place
         else:
             body.skip(element)
     check_positions(positions, vertex_place)
@@ -76,7 +76,7 @@ def _places(header: Header) -> Places | None:
                 skipped=sum(e.count for e in skipped),
                 count=vertex.count,
                 columns=(x, y, z),
-                directions=wanted == _NORMAL,
+                directions=wanted == NORMAL,
             )
         first, second, third = (vertex.properties[place].values for place in (x, y, z))
         return BinaryVectors(
@@ -87,8 +87,8 @@ def _places(header: Header) -> Places | None:
             kinds=(first, second, third),
         )
 
-    has_normals = all(name in names for name in _NORMAL)
-    return Places(vectors((b"x", b"y", b"z")), vectors(_NORMAL) if has_normals else None)
+    has_normals = all(name in names for name in NORMAL)
+    return Places(vectors((b"x", b"y", b"z")), vectors(NORMAL) if has_normals else None)
 
 
 def _triangles(corners: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -123,7 +123,7 @@ def _coordinates(element: Element) -> tuple[int, int, int]:
     return numbers[b"x"], numbers[b"y"], numbers[b"z"]
 
 
-def _corners(element: Element) -> int:
+def corner_list(element: Element) -> int:
     """Where the list of corners is among an element's properties."""
     lists = {p.name: place for place, p in enumerate(element.properties) if p.length is not None}
     named = [lists[name] for name in _CORNER_NAMES if name in lists]

@@ -80,6 +80,20 @@ class BinaryBody:
             for _ in self._rows(element, ()):
                 pass
 
+    def extents(self, element: Element) -> NDArray[np.int64]:
+        """(n + 1,) the byte at which each row begins, and where the last one ends.
+
+        Raises:
+            InputError: the element reaches past the file.
+            LimitError: there is too much to read row by row.
+        """
+        start = self._position
+        if self._table(element) is not None:
+            stride = (self._position - start) // max(element.count, 1)
+            return start + stride * np.arange(element.count + 1, dtype=np.int64)
+        ends = [start, *(self._position for _ in self._rows(element, ()))]
+        return np.array(ends, dtype=np.int64)
+
     def _check_triangles(self, count: int, row: int) -> None:
         self._limits.check("faces", count, "triangles", self.place(row))
 

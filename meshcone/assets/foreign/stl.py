@@ -20,11 +20,11 @@ from meshcone.assets.foreign.text import Line, content_lines, points, shown
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-_HEADER = 84
+HEADER = 84
 _BLANK = rb"(?:\s|#[^\r\n]*+[\r\n])*+"
 _SOLID = re.compile(_BLANK + rb"solid\b", re.I)
 _TEXT = re.compile(_BLANK + rb"solid\b[^\n]*+\n" + _BLANK + rb"facet\b", re.I)
-_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 # What may come after each line of an ASCII file, and where that leads.
 _NEXT = {
@@ -43,7 +43,7 @@ _NEXT = {
 
 def is_binary_stl(data: bytes) -> bool:
     """Whether a file is exactly as long as its count of triangles says."""
-    return len(data) >= _HEADER and len(data) == _binary_length(data)
+    return len(data) >= HEADER and len(data) == _binary_length(data)
 
 
 def is_text_stl(data: bytes) -> bool:
@@ -62,8 +62,8 @@ def read_stl(data: bytes, limits: Limits) -> Polygons:
         return _read_binary(data, limits)
     if _SOLID.match(data):
         return _read_ascii(data, limits)
-    if len(data) < _HEADER:
-        raise InputError(f"a binary STL has at least {_HEADER} bytes, the file {len(data)}")
+    if len(data) < HEADER:
+        raise InputError(f"a binary STL has at least {HEADER} bytes, the file {len(data)}")
     raise InputError(
         f"expected {_binary_length(data):,} bytes for the triangles declared, found {len(data):,}",
         place="byte 80",
@@ -72,17 +72,17 @@ def read_stl(data: bytes, limits: Limits) -> Polygons:
 
 def _binary_length(data: bytes) -> int:
     (count,) = struct.unpack_from("<I", data, 80)
-    return _HEADER + _TRIANGLE.itemsize * int(count)
+    return HEADER + TRIANGLE.itemsize * int(count)
 
 
 def _read_binary(data: bytes, limits: Limits) -> Polygons:
-    count = (len(data) - _HEADER) // _TRIANGLE.itemsize
+    count = (len(data) - HEADER) // TRIANGLE.itemsize
     limits.check("faces", count, "triangles", "byte 80")
     limits.check("vertices", 3 * count, "vertices", "byte 80")
-    table = np.frombuffer(data, _TRIANGLE, offset=_HEADER)
+    table = np.frombuffer(data, TRIANGLE, offset=HEADER)
     with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
         positions = table["corners"].reshape(-1, 3).astype(np.float64)
-    check_positions(positions, lambda row: f"byte {_HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
+    check_positions(positions, lambda row: f"byte {HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
     return _soup(positions, Places(_Corners(count), _facet(count, 0), by_facet=True))
 
 
@@ -123,7 +123,7 @@ def _facet(count: int, offset: int) -> BinaryVectors:
     """Three numbers of each facet of a binary file."""
     real = np.dtype("<f4")
     offsets = (offset, offset + 4, offset + 8)
-    return BinaryVectors(_HEADER, _TRIANGLE.itemsize, count, offsets, (real, real, real))
+    return BinaryVectors(HEADER, TRIANGLE.itemsize, count, offsets, (real, real, real))
 
 
 @dataclass(frozen=True)
