@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
+import shutil
 import signal
 import socket
-import subprocess
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
@@ -15,11 +13,10 @@ import pytest
 
 from meshcone.files import MeshFile
 from tests import shapes
+from tests.commands import Finished, meshcone
 from tests.integration.waiting import wait_for
 from tests.processes import children_of, has_ended
 from tests.serving import serving
-
-Finished = subprocess.CompletedProcess[str]
 
 
 @pytest.fixture
@@ -28,18 +25,6 @@ def directory(tmp_path: Path, rough_ball: MeshFile, ball: MeshFile) -> Path:
     (tmp_path / "rough.obj").write_bytes(rough_ball.data)
     (tmp_path / "ball.obj").write_bytes(ball.data)
     return tmp_path
-
-
-def meshcone(directory: Path, *arguments: str, **variables: str) -> Finished:
-    return subprocess.run(
-        [sys.executable, "-m", "service.cli", *arguments],
-        cwd=directory,
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
 
 
 def assert_refused(finished: Finished, said: str, code: int = 2) -> None:
@@ -175,12 +160,24 @@ def test_what_cannot_be_refined_is_told_in_one_line_and_leaves_nothing_behind(
     assert sorted(directory.iterdir()) == before
 
 
-@pytest.fixture
-def refined(directory: Path) -> Path:
-    """The directory, with a refinement of the pair, its report and its certificate."""
+@pytest.fixture(scope="module")
+def refinement(
+    tmp_path_factory: pytest.TempPathFactory, rough_ball: MeshFile, ball: MeshFile
+) -> Path:
+    """A pair, its refinement, the report and the certificate."""
+    made = tmp_path_factory.mktemp("refinement")
+    (made / "rough.obj").write_bytes(rough_ball.data)
+    (made / "ball.obj").write_bytes(ball.data)
     arguments = ("refine", "rough.obj", "ball.obj", "-o", "out.obj", "--report", "out.json")
-    assert meshcone(directory, *arguments, "--set", "effort=fast").returncode == 0
-    return directory
+    assert meshcone(made, *arguments, "--set", "effort=fast").returncode == 0
+    return made
+
+
+@pytest.fixture
+def refined(refinement: Path, tmp_path: Path) -> Path:
+    """A copy of it, which may be changed."""
+    shutil.copytree(refinement, tmp_path, dirs_exist_ok=True)
+    return tmp_path
 
 
 FILES = ("--source", "rough.obj", "--reference", "ball.obj", "--refined", "out.obj")

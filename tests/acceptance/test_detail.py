@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +11,7 @@ from meshcone.assets import read_asset
 from meshcone.files import MeshFile
 from service.client import Client
 from tests import shapes
+from tests.commands import meshcone
 
 FILES = ("--source", "coarse.obj", "--reference", "ball.obj", "--refined", "out.obj")
 
@@ -24,11 +23,6 @@ def coarse() -> bytes:
     lines += [f"vt {x / 4 + 0.5:.6f} {y / 4 + 0.5:.6f}" for x, y, _ in vertices]
     lines += ["f " + " ".join(f"{corner}/{corner}" for corner in face) for face in faces + 1]
     return "\n".join(lines).encode()
-
-
-def meshcone(directory: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "service.cli", *arguments]
-    return subprocess.run(command, cwd=directory, capture_output=True, text=True, timeout=120)
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +15,9 @@ import xmlschema
 from meshcone.gates.files import parse_gate_file
 from service.stack import Stack
 from tests import shapes
+from tests.commands import Finished, meshcone
 from tests.gate_assets import PAIRS, make_assets
 from tests.unit.gates.sarif_schema import LOG
-
-Finished = subprocess.CompletedProcess[str]
 
 JUNIT = xmlschema.XMLSchema(Path(__file__).parents[1] / "unit" / "gates" / "junit.xsd")
 QUICK = ("--set", "quality.samples=1000", "--set", "quality.emd_samples=64")
@@ -34,14 +31,7 @@ def assets(tmp_path: Path) -> Path:
 
 
 def gate(directory: Path, *arguments: str) -> Finished:
-    return subprocess.run(
-        [sys.executable, "-m", "service.cli", "gate", *arguments],
-        cwd=directory,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=240,
-    )
+    return meshcone(directory, "gate", *arguments)
 
 
 def gate_all(directory: Path, *arguments: str) -> Finished:

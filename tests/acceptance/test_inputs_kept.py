@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests import shapes
 from tests.acceptance.two_exports import write_exports
+from tests.commands import meshcone
 
 NAMES = ("rough.gltf", "rough.bin", "ball.gltf", "ball.bin")
 
@@ -32,17 +31,6 @@ def directory(tmp_path: Path) -> Path:
 
 def contents(directory: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in directory.iterdir() if path.is_file()}
-
-
-def meshcone(directory: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "service.cli", *arguments],
-        cwd=directory,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
 
 
 def assert_kept(directory: Path, place: str, *arguments: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
 from tests.acceptance.two_exports import OPTIONS, two_exports, write_exports
+from tests.commands import meshcone
 
 QUICK = ("--set", "quality.samples=1000", "--set", "quality.emd_samples=64")
 
@@ -39,10 +39,6 @@ def run(directory: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         command, cwd=directory, capture_output=True, text=True, check=False, timeout=240
     )
-
-
-def meshcone(directory: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return run(directory, sys.executable, "-m", "service.cli", *arguments)
 
 
 def assert_same_findings(report: dict[str, Any], expected: dict[str, Any]) -> None:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,19 +12,13 @@ import pytest
 from meshcone.files import MeshFile
 from service.client import Client
 from service.stack import Stack
+from tests import commands
+from tests.commands import Finished
 from worker.settings import WorkerSettings
-
-Finished = subprocess.CompletedProcess[str]
 
 
 def meshcone(*arguments: str, **environment: str) -> Finished:
-    return subprocess.run(
-        [sys.executable, "-m", "service.cli", *arguments],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    return commands.meshcone(Path.cwd(), *arguments, **environment)
 
 
 @pytest.fixture

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,13 +12,9 @@ from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
 from tests.acceptance.dashboard.browsing import difference, open_tab, pixels, watched_page
+from tests.commands import meshcone
 from tests.painted import encoded, painted, picture
 from tests.truck import truck_obj
-
-
-def meshcone(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "service.cli", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=240)
 
 
 @pytest.fixture
@@ -41,9 +35,7 @@ def offline(browser: Browser) -> Iterator[Page]:
 
 
 def test_a_refinement_leaves_a_page_that_needs_nothing_else(folder: Path, offline: Page) -> None:
-    done = meshcone(
-        "refine", "rough.obj", "ball.obj", "-o", "out.obj", "--html", "r.html", cwd=folder
-    )
+    done = meshcone(folder, "refine", "rough.obj", "ball.obj", "-o", "out.obj", "--html", "r.html")
     assert done.returncode == 0, done.stderr
 
     offline.goto((folder / "r.html").as_uri())
@@ -65,8 +57,8 @@ def test_coloured_assets_are_pictured_from_six_sides(tmp_path: Path, offline: Pa
     gate = '[gates]\n"appearance.color_difference.p95" = { max = 10 }\n'
     (tmp_path / "gates.toml").write_text(gate)
     done = meshcone(
+        tmp_path,
         *("gate", "white.gltf", "globe.gltf", "--gates", "gates.toml", "--html", "g.html"),
-        cwd=tmp_path,
     )
     assert done.returncode == 1, done.stderr
 
@@ -94,9 +86,9 @@ def test_a_missing_wheel_stands_first_among_the_parts(tmp_path: Path, offline: P
     (tmp_path / "master.obj").write_bytes(truck_obj())
     (tmp_path / "gates.toml").write_text('[gates]\n"warnings.pieces.missing" = { max = 0 }\n')
     done = meshcone(
+        tmp_path,
         *("gate", "truck.obj", "master.obj", "--gates", "gates.toml", "--per", "node"),
         *("--html", "g.html"),
-        cwd=tmp_path,
     )
     assert done.returncode == 1, done.stderr
     assert "allowed 0: pieces.missing: wheel_front_left: missing." in done.stdout
@@ -129,7 +121,7 @@ def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
         "rough.obj,ball.obj,\nbroken.obj,ball.obj,\n"
     )
     done = meshcone(
-        "gate", "--manifest", "pairs.csv", "--gates", "gates.toml", "--html", "g.html", cwd=folder
+        folder, "gate", "--manifest", "pairs.csv", "--gates", "gates.toml", "--html", "g.html"
     )
     assert done.returncode == 2, done.stderr
 

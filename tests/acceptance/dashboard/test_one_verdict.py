@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from service.stack import Stack
 from tests import shapes
 from tests.acceptance.dashboard.test_sides import drop_from_disk, sent
 from tests.acceptance.two_exports import GATES, two_exports
+from tests.commands import meshcone
 
 OPTIONS = {"mode": "measure", "gates": GATES}
 Folder = Mapping[str, bytes]
@@ -115,7 +115,7 @@ def by_gate(directory: Path, *server: str) -> str:
     pair = (mesh_in(directory / "new"), mesh_in(directory / "old"))
     (directory / "gates.json").write_text(json.dumps({"gates": GATES}))
     arguments = ("gate", *pair, "--gates", "gates.json", "--json", "out.json", *server)
-    done = run(directory, sys.executable, "-m", "service.cli", *arguments)
+    done = meshcone(directory, *arguments)
     assert done.returncode in (0, 1), done.stderr
     [asset] = json.loads((directory / "out.json").read_text())["assets"]
     return str(asset["verdict"]["verdict"])
@@ -125,7 +125,7 @@ def by_submit(directory: Path, url: str) -> str:
     pair = (mesh_in(directory / "new"), mesh_in(directory / "old"))
     assignments = [f"--set={key}={json.dumps(value)}" for key, value in OPTIONS.items()]
     arguments = ("submit", *pair, "--server", url, "--report", "r.json", *assignments)
-    done = run(directory, sys.executable, "-m", "service.cli", *arguments)
+    done = meshcone(directory, *arguments)
     assert done.returncode == 0, done.stderr
     return str(json.loads((directory / "r.json").read_text())["gates"]["verdict"])
 
