@@ -19,11 +19,12 @@ demo: $(STAMP)
 	$(BIN)/meshcone demo
 
 # The tests that start brokers, workers and browsers wait for them most of their time: two files
-# at once, whatever the number of processors. Tests of one file share what they start. The tests
-# of the API's contract go by one name, by which they cannot be shared out.
+# at once, whatever the number of processors. Tests of one file share what they start; the longest
+# files come first, as tests/conftest.py orders them. The tests of the API's contract go by one name,
+# by which they cannot be shared out.
 CONTRACT := tests/acceptance/test_contract.py
 test: check unit
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/integration tests/acceptance --ignore=$(CONTRACT)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder tests/integration tests/acceptance --ignore=$(CONTRACT)
 	$(BIN)/python -m pytest $(CONTRACT)
 
 check: $(TOOLS)
@@ -69,7 +70,7 @@ $(SITE):
 coverage: $(COVERAGE)
 	rm -rf .coverage
 	mkdir .coverage
-	$(BIN)/coverage run -m pytest -n 2 --dist loadfile tests --ignore=$(CONTRACT)
+	$(BIN)/coverage run -m pytest -n 2 --dist loadfile --no-loadscope-reorder tests --ignore=$(CONTRACT)
 	$(BIN)/coverage run -m pytest $(CONTRACT)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report --include 'meshcone/*' --skip-covered --fail-under 95

@@ -23,6 +23,27 @@ from worker.settings import WorkerSettings
 
 __all__ = ["pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_sessionfinish"]
 
+ROOT = Path(__file__).parent
+
+# Files are shared out among processes whole. One of these that began last would be waited for.
+LONGEST_FILES = (
+    "acceptance/test_demo.py",
+    "acceptance/test_how_tos.py",
+    "acceptance/test_console_examples.py",
+    "acceptance/test_gate.py",
+    "integration/test_fault_storm.py",
+    "integration/test_supervision.py",
+    "acceptance/test_command_line.py",
+    "integration/test_faults.py",
+    "acceptance/dashboard/test_job_page.py",
+    "integration/test_attempts.py",
+    "integration/test_stack.py",
+    "integration/test_rq_tools.py",
+    "integration/test_generated_clients.py",
+    "integration/test_full_disk.py",
+    "integration/test_object_store.py",
+)
+
 # Chosen by --hypothesis-profile; an example may take as long as a busy machine needs.
 settings.register_profile("suite", deadline=None)
 settings.register_profile("fuzz", deadline=None, max_examples=5_000)
@@ -31,6 +52,12 @@ settings.load_profile("suite")
 # A shell that runs the suite in the background has it ignore interrupts, and all it starts too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Have the longest files begin first."""
+    ranks = {ROOT / name: rank for rank, name in enumerate(LONGEST_FILES)}
+    items.sort(key=lambda item: ranks.get(item.path, len(ranks)))
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,8 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from tests.conftest import LONGEST_FILES
+
 SKIPPING = "import pytest\n\ndef test_that_is_not_run():\n    pytest.skip('no browser here')\n"
 
 
@@ -38,6 +40,12 @@ def test_a_test_that_is_lost_in_sharing_out_fails_the_run(
 
     assert run.returncode == code, run.stdout
     assert ("1 of 2 tests never ended" in run.stdout) == (code == 1)
+
+
+def test_the_files_that_begin_first_are_there():
+    root = Path(__file__).parents[1]
+
+    assert [name for name in LONGEST_FILES if not (root / name).is_file()] == []
 
 
 def pytest_in(directory: Path, *arguments: str, **environment: str) -> CompletedProcess[str]:
