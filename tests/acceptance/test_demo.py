@@ -182,8 +182,8 @@ def interrupted_at(moment: str, number: signal.Signals, out: Path, hold: Hold) -
 
 
 def wait_for_none(mark: str) -> list[int]:
-    """The processes of a run, once there are none or ten seconds have passed."""
-    deadline = time.monotonic() + 10
+    """The processes of a run, once there are none or a minute has passed."""
+    deadline = time.monotonic() + 60
     while (left := marked_processes(mark)) and time.monotonic() < deadline:
         time.sleep(0.1)
     return left
