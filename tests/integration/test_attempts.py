@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,19 +53,39 @@ class Installation:
 Install = Callable[..., Installation]
 
 
+@contextmanager
+def installed(directory: Path, hold: Hold, **settings: Any) -> Iterator[Installation]:
+    """A service with a worker, and whoever uses it."""
+    with (
+        hold.stack(WorkerSettings(data_dir=directory, **settings), log=directory / "log") as stack,
+        Client(stack.url) as client,
+        connect_text(stack.redis_url) as connection,
+    ):
+        yield Installation(stack, client, Ledger(connection), hold)
+
+
 @pytest.fixture
 def install(tmp_path: Path, hold: Hold) -> Iterator[Install]:
     with ExitStack() as opened:
+        yield lambda **settings: opened.enter_context(installed(tmp_path, hold, **settings))
 
-        def start(**settings: Any) -> Installation:
-            stack = opened.enter_context(
-                hold.stack(WorkerSettings(data_dir=tmp_path, **settings), log=tmp_path / "log")
-            )
-            client = opened.enter_context(Client(stack.url))
-            connection = opened.enter_context(connect_text(stack.redis_url))
-            return Installation(stack, client, Ledger(connection), hold)
 
-        yield start
+@pytest.fixture(scope="module")
+def confined(
+    tmp_path_factory: pytest.TempPathFactory, service_hold: Hold
+) -> Iterator[Installation]:
+    """One whose jobs have little memory, and may write small files only."""
+    directory = tmp_path_factory.mktemp("confined")
+    limits = {"job_memory_bytes": 150_000_000, "job_file_bytes": 10_000}
+    with installed(directory, service_hold, **limits) as started:
+        yield started
+
+
+@pytest.fixture
+def plain(stack: Stack, client: Client, hold: Hold) -> Iterator[Installation]:
+    """The session's service."""
+    with connect_text(stack.redis_url) as connection:
+        yield Installation(stack, client, Ledger(connection), hold)
 
 
 @pytest.fixture(scope="module")
@@ -86,22 +106,18 @@ def test_a_job_out_of_time_is_a_timeout_and_not_tried_again(
 
 
 def test_a_job_out_of_memory_is_that_and_not_tried_again(
-    install: Install, rough_ball: MeshFile, ball: MeshFile
+    confined: Installation, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    installation = install(job_memory_bytes=150_000_000)
-
-    failed = installation.ended(installation.client.submit(rough_ball, ball, HUNGRY).id)
+    failed = confined.ended(confined.client.submit(rough_ball, ball, HUNGRY).id)
 
     assert failed.error is not None
     assert (failed.state, failed.attempt, failed.error.kind) == ("failed", 1, "memory")
 
 
 def test_a_result_larger_than_may_be_stored_is_over_the_limit(
-    install: Install, rough_ball: MeshFile, ball: MeshFile
+    confined: Installation, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    installation = install(job_file_bytes=10_000)
-
-    failed = installation.ended(installation.client.submit(rough_ball, ball, SMALL).id)
+    failed = confined.ended(confined.client.submit(rough_ball, ball, SMALL).id)
 
     assert failed.error is not None
     assert failed.error.kind == "limit"
@@ -109,17 +125,16 @@ def test_a_result_larger_than_may_be_stored_is_over_the_limit(
 
 
 def test_canceling_a_running_job_ends_its_horse_and_no_other_job(
-    install: Install, rough_ball: MeshFile, ball: MeshFile, small_ball: MeshFile
+    plain: Installation, rough_ball: MeshFile, ball: MeshFile, small_ball: MeshFile
 ) -> None:
-    installation = install()
-    job_id, horse = installation.running(rough_ball, ball)
-    next_id = installation.client.submit(small_ball, small_ball, SMALL).id
+    job_id, horse = plain.running(rough_ball, ball)
+    next_id = plain.client.submit(small_ball, small_ball, SMALL).id
 
-    installation.ledger.cancel(job_id)
+    plain.ledger.cancel(job_id)
 
     wait_for(lambda: has_ended(horse))
-    assert installation.ended(job_id).state == "canceled"
-    assert installation.ended(next_id).state == "succeeded"
+    assert plain.ended(job_id).state == "canceled"
+    assert plain.ended(next_id).state == "succeeded"
 
 
 def test_a_worker_asked_to_stop_ends_the_job_in_hand_first(

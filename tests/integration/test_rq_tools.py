@@ -75,16 +75,28 @@ class Installation:
         }
 
 
-@pytest.fixture
-def installation(tmp_path: Path, hold: Hold) -> Iterator[Installation]:
+@pytest.fixture(scope="module")
+def installed(
+    tmp_path_factory: pytest.TempPathFactory, service_hold: Hold
+) -> Iterator[Installation]:
+    """One for all tests: each takes it over with no job at work."""
+    directory = tmp_path_factory.mktemp("rq")
     with ExitStack() as opened:
-        settings = WorkerSettings(data_dir=tmp_path)
-        running = restarted_stack(settings, hold, workers=1, log=tmp_path / "log")
+        settings = WorkerSettings(data_dir=directory)
+        running = restarted_stack(settings, service_hold, workers=1, log=directory / "log")
         stack = opened.enter_context(running)
         client = opened.enter_context(Client(stack.url))
         text = opened.enter_context(connect_text(stack.redis_url))
         redis = opened.enter_context(connect_bytes(stack.redis_url))
-        yield Installation(stack, client, Ledger(text), redis, hold)
+        yield Installation(stack, client, Ledger(text), redis, service_hold)
+
+
+@pytest.fixture
+def installation(installed: Installation) -> Iterator[Installation]:
+    yield installed
+    installed.hold.release()
+    jobs = installed.ledger.index
+    wait_for(lambda: jobs.count("queued") + jobs.count("running") == 0)
 
 
 def test_rq_info_shows_queue_and_worker_while_a_job_runs(

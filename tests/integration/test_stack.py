@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import httpx2
@@ -15,6 +16,8 @@ from tests.integration.waiting import insist, wait_for
 from tests.processes import has_ended
 from worker.broker.embedded import EmbeddedBroker
 from worker.settings import WorkerSettings
+
+SECRET = "whsec_" + "c2VjcmV0" * 4
 
 
 def test_a_given_broker_replaces_the_embedded_one(
@@ -40,21 +43,45 @@ def test_a_stack_that_cannot_start_leaves_nothing_running(data_dir: Path) -> Non
     assert second.worker_pids() == []
 
 
+@pytest.fixture(scope="module")
+def doomed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
+    """One whose processes are killed, and that has a secret to send with webhooks."""
+    directory = tmp_path_factory.mktemp("doomed")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("MESHCONE_WEBHOOK_SECRET", SECRET)
+        stack = Stack(WorkerSettings(data_dir=directory), log=directory / "log")
+        stack.start()  # its processes have the secret, and nothing else that starts meanwhile
+    try:
+        yield stack
+    finally:
+        stack.stop()
+
+
+def test_workers_hold_no_secret_for_other_hosts(doomed: Stack) -> None:
+    holders = {
+        name
+        for name, pid in doomed.pids().items()
+        if SECRET.encode() in Path(f"/proc/{pid}/environ").read_bytes()
+    }
+
+    assert "webhooks" in holders
+    assert not [name for name in holders if name.startswith("worker")]
+
+
 @pytest.mark.parametrize("name", ["worker 1", "API", "broker"])
 def test_what_ends_unasked_is_started_again(
-    tmp_path: Path, name: str, rough_ball: MeshFile, ball: MeshFile
+    doomed: Stack, name: str, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
-        ended = stack.pids()[name]
-        os.kill(ended, signal.SIGKILL)
-        wait_for(lambda: has_ended(ended))
+    ended = doomed.pids()[name]
+    os.kill(ended, signal.SIGKILL)
+    wait_for(lambda: has_ended(ended))
 
-        stack.restart_ended()
+    doomed.restart_ended()
 
-        assert stack.pids()[name] != ended
-        with Client(stack.url) as client:
-            job = insist(lambda: client.submit(rough_ball, ball))
-            wait_for(lambda: insist(lambda: client.job(job.id)).state == "succeeded")
+    assert doomed.pids()[name] != ended
+    with Client(doomed.url) as client:
+        job = insist(lambda: client.submit(rough_ball, ball))
+        wait_for(lambda: insist(lambda: client.job(job.id)).state == "succeeded")
 
 
 def test_what_keeps_ending_is_started_again_and_the_rest_goes_on(tmp_path: Path) -> None:
@@ -77,19 +104,3 @@ def kill_the_worker(stack: Stack) -> None:
         return stack.worker_pids() != [worker]
 
     wait_for(is_another)
-
-
-def test_workers_hold_no_secret_for_other_hosts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    secret = "whsec_" + "c2VjcmV0" * 4
-    monkeypatch.setenv("MESHCONE_WEBHOOK_SECRET", secret)
-    with Stack(WorkerSettings(data_dir=tmp_path), log=tmp_path / "log") as stack:
-        holders = {
-            name
-            for name, pid in stack.pids().items()
-            if secret.encode() in Path(f"/proc/{pid}/environ").read_bytes()
-        }
-
-    assert "webhooks" in holders
-    assert not [name for name in holders if name.startswith("worker")]
