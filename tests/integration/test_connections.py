@@ -190,8 +190,8 @@ def test_a_client_that_goes_within_its_body_is_no_fault_of_the_service(
     assert "Traceback" not in strict.log.read_text()
 
 
-def test_what_is_no_http_is_refused_with_a_problem(strict: Api) -> None:
-    with strict.connect() as connection:
+def test_what_is_no_http_is_refused_with_a_problem(patient: Api) -> None:
+    with patient.connect() as connection:
         connection.sendall(b"\x16\x03\x01 hello\r\n\r\n")
 
         answer = read_all(connection)

@@ -17,7 +17,7 @@ from tests.holding import Hold
 from tests.integration.jobs import stored_job
 from tests.integration.outcomes import times_succeeded
 from tests.integration.restarted import restarted_stack
-from tests.integration.waiting import RECOVERY, insist, wait_for
+from tests.integration.waiting import PATIENCE, insist, wait_for
 from tests.processes import has_ended, horses_of, upkeep_of
 from worker.broker.connections import connect_bytes, connect_text
 from worker.jobs.ledger import Ledger
@@ -108,7 +108,7 @@ def test_a_job_whose_worker_and_horse_are_killed_is_done_by_another(
 
     wait_for(lambda: jobs.get(job.id).attempt == 2)
     hold.release()
-    assert caller.wait(job.id, timeout=RECOVERY).state == "succeeded"
+    assert caller.wait(job.id, timeout=PATIENCE).state == "succeeded"
 
 
 def test_a_frozen_worker_loses_its_job_and_cannot_end_it_twice(
@@ -127,7 +127,7 @@ def test_a_frozen_worker_loses_its_job_and_cannot_end_it_twice(
 
     wait_for(lambda: has_ended(horse))
     hold.release()
-    finished = caller.wait(job.id, timeout=RECOVERY)
+    finished = caller.wait(job.id, timeout=PATIENCE)
     assert (finished.state, finished.attempt) == ("succeeded", 2)
 
 

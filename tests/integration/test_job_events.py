@@ -38,7 +38,7 @@ def run(work: Coroutine[Any, Any, Found]) -> Found:
 
 
 def follow(
-    broker: EmbeddedBroker, job_id: str, after: str = BEGINNING, seconds: float = 10.0
+    broker: EmbeddedBroker, job_id: str, after: str = BEGINNING, seconds: float = 60.0
 ) -> list[JobEvent]:
     return run(read(broker.url, job_id, after, seconds))
 

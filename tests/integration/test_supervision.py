@@ -24,7 +24,7 @@ JOBS = 60
 KILLS = 10
 KILL_INTERVAL = 1.0  # seconds
 SEED = 7
-RECOVERY = 90.0  # seconds for sixty jobs on a busy machine, after the longest pause
+PATIENCE = 240.0  # seconds for sixty jobs; a guard, not an expectation
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +32,7 @@ def pair() -> Form:
     return small_form()
 
 
+@pytest.mark.timeout(600)
 def test_ten_kills_of_workers_in_ten_seconds_cost_no_request_and_no_job(
     tmp_path: Path, pair: Form
 ) -> None:
@@ -44,7 +45,7 @@ def test_ten_kills_of_workers_in_ten_seconds_cost_no_request_and_no_job(
                 caller.submit(pair)
             time.sleep(0.05)
         killer.join()
-        wait_for(caller.has_seen_all_end, RECOVERY, pause=0.5)
+        wait_for(caller.has_seen_all_end, PATIENCE, pause=0.5)
 
         assert service.process.poll() is None
         assert set(caller.alive) == {200}
