@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
+from starlette.types import Message
 
 from service.api.app import create_app
 from service.settings import ServiceSettings
@@ -16,6 +17,7 @@ from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
 from worker.jobs.records import JobRecord
+from worker.storage.blobs import BlobStore
 
 LOCAL = "http://127.0.0.1"
 
@@ -81,3 +83,46 @@ def test_without_a_label_nothing_is_deleted(ledger: Ledger, http: TestClient) ->
     assert http.delete("/v1/jobs").status_code == 422
     assert http.delete("/v1/jobs", params={"state": "canceled"}).status_code == 422
     assert known(http, job) == [True]
+
+
+def test_the_files_of_a_deleted_job_are_removed_after_the_answer(
+    ledger: Ledger, http: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, label = entered(ledger, "one"), new_job_id()
+    entered(ledger, label)
+    done: list[str] = []
+    remove = BlobStore.remove
+
+    def removed(self: BlobStore, names: Collection[str]) -> None:
+        done.append("removed")
+        remove(self, names)
+
+    async def ask(path: str, query: bytes) -> None:
+        async def send(message: Message) -> None:
+            if message["type"] == "http.response.body" and not message.get("more_body"):
+                done.append("answered")
+
+        async def receive() -> Message:
+            return {"type": "http.request", "body": b"", "more_body": False}
+
+        scope = {
+            "type": "http",
+            "asgi": {"version": "3.0"},
+            "http_version": "1.1",
+            "method": "DELETE",
+            "scheme": "http",
+            "path": path,
+            "raw_path": path.encode(),
+            "query_string": query,
+            "headers": [(b"host", b"127.0.0.1")],
+            "client": ("127.0.0.1", 1),
+            "server": ("127.0.0.1", 80),
+        }
+        await http.app(scope, receive, send)
+
+    monkeypatch.setattr(BlobStore, "remove", removed)
+    assert http.portal is not None
+    http.portal.call(ask, f"/v1/jobs/{job.id}", b"")
+    http.portal.call(ask, "/v1/jobs", f"label={label}".encode())
+
+    assert done == ["answered", "removed"] * 2
