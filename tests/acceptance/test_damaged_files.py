@@ -13,9 +13,8 @@ from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
 from tests.holding import Hold
+from tests.integration.waiting import PATIENCE
 from worker.jobs.identifiers import new_job_id
-
-PATIENCE = 60.0  # seconds
 
 
 @pytest.fixture

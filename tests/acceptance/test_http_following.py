@@ -15,12 +15,10 @@ from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
 from tests.holding import Hold
-from tests.integration.waiting import wait_for
+from tests.integration.waiting import PATIENCE, wait_for
 from worker.broker.connections import connect_text
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
-
-PATIENCE = 60.0  # seconds
 
 
 @pytest.fixture

@@ -13,13 +13,12 @@ from meshcone.options import OPTIONS_VERSION
 from service.api.schemas import Job
 from tests import older
 from tests.integration.sending import sent, worker
-from tests.integration.waiting import wait_for
+from tests.integration.waiting import PATIENCE, wait_for
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.settings import WorkerSettings
 
-PATIENCE = 60.0  # seconds
 OLDER = {"PYTHONPATH": os.pathsep.join([older.__path__[0], str(Path.cwd())])}
 
 

@@ -23,14 +23,13 @@ from service.stack import Stack
 from tests.holding import Hold
 from tests.integration.restarted import restarted_stack
 from tests.integration.sending import sent
-from tests.integration.waiting import wait_for
+from tests.integration.waiting import PATIENCE, wait_for
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.settings import WorkerSettings
 
-PATIENCE = 60.0  # seconds
 SERIALIZER = "rq.serializers.JSONSerializer"
 
 

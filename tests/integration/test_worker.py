@@ -14,7 +14,7 @@ from service.client import Client
 from service.stack import Stack
 from tests.holding import Hold
 from tests.integration.jobs import make_job, stored_job
-from tests.integration.waiting import wait_for
+from tests.integration.waiting import PATIENCE, wait_for
 from tests.processes import has_ended, horses_of
 from worker.broker.connections import connect_bytes, connect_text
 from worker.jobs.ledger import Ledger
@@ -23,8 +23,6 @@ from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 from worker.storage.register import BlobRegister
-
-PATIENCE = 60.0  # seconds
 
 
 @pytest.fixture

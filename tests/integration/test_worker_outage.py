@@ -10,14 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.integration.sending import sent, worker
-from tests.integration.waiting import wait_for
+from tests.integration.waiting import PATIENCE, wait_for
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.settings import WorkerSettings
-
-PATIENCE = 60.0  # seconds
 
 
 @pytest.fixture
