@@ -97,6 +97,7 @@ def test_normals_of_a_turned_plane_deviate_by_the_angle_it_was_turned() -> None:
     found = metrics(turned, square)
 
     assert found.normal_deviation_deg == pytest.approx(10, abs=0.1)
+    assert found.surface_normal_consistency == pytest.approx(np.cos(turn), abs=1e-6)
 
 
 def test_spheres_of_two_radii_differ_by_their_curvatures() -> None:
@@ -135,3 +136,11 @@ def test_a_face_without_area_counts_as_a_sliver_and_spoils_no_mean() -> None:
 
     assert found.mean == pytest.approx(1)
     assert found.share_over_4 == 0.5
+
+
+def test_a_mesh_of_faces_without_area_has_slivers_and_no_shape() -> None:
+    line = Mesh(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]]))
+
+    found = aspect_ratio(line)
+
+    assert (found.mean, found.median, found.share_over_4) == (0, 0, 1)

@@ -151,3 +151,41 @@ def test_a_mesh_without_parts_is_one_part_without_a_name() -> None:
 
     assert names == ("",)
     assert not labels.any()
+
+
+def two_points_each(distances: list[float], areas: list[float]) -> PartSamples:
+    """Parts named a, b, c, … of two samples each, 2 apart, all of a part as far away."""
+    count = len(distances)
+    return PartSamples(
+        Partition(tuple("abcdefg"[:count]), np.arange(count)),
+        points=np.tile(np.array([[0, 0, 0], [2, 0, 0.0]]), (count, 1)),
+        distances=np.repeat(distances, 2),
+        parts=np.repeat(np.arange(count), 2),
+        sampled=np.full(count, 2),
+        areas=np.array(areas),
+    )
+
+
+@pytest.mark.parametrize(("areas", "usual"), [([3.0, 2.0], 0.0), ([2.0, 3.0], 0.3)])
+def test_the_usual_distance_is_that_of_half_the_area(areas: list[float], usual: float) -> None:
+    assert two_points_each([0.0, 0.3], areas).usual == usual
+
+
+@pytest.mark.parametrize(
+    ("names", "distance", "absent"),
+    [
+        ({"b", "c"}, 0.1, True),  # most parts kept their names, and this one is not there
+        ({"b", "c"}, 0.04, False),
+        ({"a", "b", "c"}, 0.1, False),  # a part of its name is there
+        ({"b"}, 0.1, False),  # most names are others: nothing follows from this one
+        (set(), 0.1, False),
+        ({"a", "b", "c"}, 0.3, True),  # farther away than a quarter of its own size
+        (set(), 0.3, True),
+    ],
+)
+def test_less_distance_is_enough_where_a_part_alone_has_lost_its_name(
+    names: set[str], distance: float, absent: bool
+) -> None:
+    samples = two_points_each([distance, 0.0, 0.0], [1.0, 1.0, 1.0])
+
+    assert samples.absent(names).tolist() == [absent, False, False]
