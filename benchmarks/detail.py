@@ -6,8 +6,10 @@ Each of 8 shapes is first brought down to so many faces at most (16,000), which 
 and then to 5, 10 and 25 % of them, which are the sources. Every source is refined with the faces
 that it has; divided uniformly and refined, with and without swapped diagonals; and with detail,
 all at the same number of faces. The last column is the reference brought down to as many: it has
-no texture coordinates left, which is why it is no answer. Distances are those of 20,000 samples
-either way and of all vertices, in radii; a ratio is to uniform subdivision of the same budget.
+no texture coordinates left, which is why it is no answer. "charts" swaps diagonals across faces
+too, within charts made by projecting each face along the axis that it faces most. Distances are
+those of 20,000 samples either way and of all vertices, and proven, in radii; a ratio is to uniform
+subdivision of the same budget. A last table is of a tolerance. Seconds are of the processor.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
+from typing import Any
 
 import fast_simplification
 import numpy as np
@@ -30,13 +33,19 @@ from meshcone.detail.divided_mesh import DividedMesh
 from meshcone.detail.flips import flip_inside
 from meshcone.detail.levels import find_detail
 from meshcone.detail.misses import Misses
+from meshcone.detail.tangles import are_many, new_tangles
 from meshcone.options import Options, parse_options
 from meshcone.program.rounds import SurfaceRefiner, refine_surface
 from meshcone.program.surface_problem import SurfaceProblems
+from meshcone.quality.deviation.bars import Bars
+from meshcone.quality.deviation.proving import prove_deviation
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.quality.metrics import aspect_ratio
-from meshcone.surface import Mesh, SurfaceTree, sample_surface
-from meshcone.surface.arrays import row_dot
+from meshcone.quality.sampled import SampledSurface
+from meshcone.report.scoring import sampling_of
+from meshcone.surface import Frame, Mesh, SurfaceTree, sample_surface
+from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.charts import Charts
 
 SHAPES = (
     "scans/spot_cow__oded",
@@ -50,9 +59,12 @@ SHAPES = (
 )
 SHARES = (0.05, 0.10, 0.25)
 BUDGETS = (2, 4)
-METHODS = ("none", "uniform", "uniform, swapped", "detail", "decimated")
+METHODS = ("none", "uniform", "uniform, swapped", "detail", "detail, charts", "decimated")
+WITHIN = ("none", "detail", "detail, charts")
 TOLERANCE = 0.001  # of the 95th percentile
+OPTIONS = parse_options({"effort": "fast", "solver": {"certify": False}})
 _SAMPLES = 20_000
+_SAMPLING = sampling_of(OPTIONS.quality)
 _MOST_PAIRS = 10_000_000
 
 
@@ -63,6 +75,7 @@ class Result:
     mean: float
     p95: float
     farthest: float
+    proven: float
     normals: float
     aspect: float
     faces: int
@@ -80,6 +93,7 @@ def main() -> None:
     chosen = arguments.parse_args()
     names = [name for name in SHAPES[: chosen.shapes] if chosen.only in name]
     found: dict[int, list[dict[str, Result]]] = {budget: [] for budget in BUDGETS}
+    reached: list[dict[str, Result]] = []
     console = Console(width=160)
     for name in names:
         whole = load(chosen.data / f"{name}.obj")
@@ -89,33 +103,44 @@ def main() -> None:
             for budget, results in compared(source, reference):
                 found[budget].append(results)
                 console.print(row(f"{name} {share:.0%} {budget}x", results))
+            reached.append(
+                within(source, reference)
+                | {"source": measured(SurfaceTree(reference), source, 0.0)}
+            )
     for budget, pairs in found.items():
         console.print(summary(budget, pairs))
+    console.print(of_tolerance(reached))
 
 
 def compared(source: Mesh, reference: Mesh) -> Iterator[tuple[int, dict[str, Result]]]:
     """Give a source faces in every way, for every budget."""
-    options = parse_options({"effort": "fast", "solver": {"certify": False}})
-    tree = SurfaceTree(reference)
+    tree, options = SurfaceTree(reference), OPTIONS
     none = measured(tree, *timed(lambda: refined(source, reference, options)))
     for budget in BUDGETS:
         even = uniform(source, budget)
         limit = len(even.mesh.faces)
-        plain = timed(lambda even=even: refined(even.mesh, reference, options))
-        yield (
-            budget,
-            {
-                "none": none,
-                "uniform": measured(tree, *plain),
-                "uniform, swapped": measured(
-                    tree, *timed(lambda even=even: swapped(even, reference, tree, options))
-                ),
-                "detail": measured(
-                    tree, *timed(lambda limit=limit: detailed(source, reference, limit, options))
-                ),
-                "decimated": measured(tree, decimated(reference, limit), 0.0),
-            },
-        )
+        made: dict[str, Callable[[], Mesh]] = {
+            "uniform": lambda even=even: refined(even.mesh, reference, options),
+            "uniform, swapped": lambda even=even: swapped(even, reference, tree, options),
+            "detail": lambda limit=limit: detailed(source, reference, {"max_faces": limit}),
+            "detail, charts": lambda limit=limit: detailed(
+                source, reference, {"max_faces": limit, "flips": "chart"}
+            ),
+        }
+        found = {name: measured(tree, *timed(make)) for name, make in made.items()}
+        last = measured(tree, decimated(reference, limit), 0.0)
+        yield budget, {"none": none, **found, "decimated": last}
+
+
+def within(source: Mesh, reference: Mesh) -> dict[str, Result]:
+    """Give a source what a tolerance takes: samples within three times that of the 95th share."""
+    tree, asked = SurfaceTree(reference), {"growth": 8.0, "tolerance": 3 * TOLERANCE}
+    made: dict[str, Callable[[], Mesh]] = {
+        "none": lambda: refined(source, reference, OPTIONS),
+        "detail": lambda: detailed(source, reference, asked),
+        "detail, charts": lambda: detailed(source, reference, asked | {"flips": "chart"}),
+    }
+    return {name: measured(tree, *timed(make)) for name, make in made.items()}
 
 
 def uniform(source: Mesh, budget: int) -> DividedMesh:
@@ -131,8 +156,9 @@ def uniform(source: Mesh, budget: int) -> DividedMesh:
 
 
 def refined(mesh: Mesh, reference: Mesh, options: Options) -> Mesh:
-    """Refine, and keep the answer whatever it harms: what is compared is where it leads."""
-    return mesh.moved_to(refine_surface(mesh, reference, options, guarded=False).positions)
+    """Refine; where that is worse somewhere, keep it all the same: where it leads is compared."""
+    answers = (refine_surface(mesh, reference, options, guarded=g) for g in (True, False))
+    return mesh.moved_to(next(each for each in answers if not each.kept_input).positions)
 
 
 def swapped(divided: DividedMesh, reference: Mesh, tree: SurfaceTree, options: Options) -> Mesh:
@@ -141,19 +167,42 @@ def swapped(divided: DividedMesh, reference: Mesh, tree: SurfaceTree, options: O
     return refined(flip_inside(moved, tree).mesh, reference, options)
 
 
-def detailed(source: Mesh, reference: Mesh, limit: int, options: Options) -> Mesh:
+def detailed(source: Mesh, reference: Mesh, detail: dict[str, Any]) -> Mesh:
     """Add faces as the engine does, and refine the divided source from where that ended."""
-    asked = options.model_copy(
-        update={"detail": options.detail.model_copy(update={"max_faces": limit})}
-    )
-    found = find_detail(source, reference, np.ones(len(source.faces), dtype=bool), asked)
+    asked = OPTIONS.model_copy(update={"detail": OPTIONS.detail.model_copy(update=detail)})
+    every = np.ones(len(source.faces), dtype=bool)
+    found = find_detail(source, reference, every, asked, charts=projected(source))
     table = found.subdivision.over(source.faces, len(source.vertices))
     points = np.concatenate([source.vertices, table.interpolated(source.vertices)])
     start = points.copy()
     start[table.faces.ravel()] = found.corners.reshape(-1, 3)
     divided = Mesh(points, table.faces)
-    problems = SurfaceProblems(divided, reference, options, start=start)
-    return divided.moved_to(SurfaceRefiner(problems, guarded=False).run().positions)
+
+    def solved(start: Floats | None) -> Mesh:
+        answers = (
+            SurfaceRefiner(
+                SurfaceProblems(divided, reference, OPTIONS, start=start), guarded=guarded
+            ).run()
+            for guarded in (True, False)
+        )
+        return divided.moved_to(next(a for a in answers if not a.kept_input).positions)
+
+    first = solved(start)
+    tangles = new_tangles(divided, first.vertices, _MOST_PAIRS)
+    if not are_many(tangles, len(divided.faces)):
+        return first
+    other = solved(None)
+    return other if new_tangles(divided, other.vertices, _MOST_PAIRS) < tangles else first
+
+
+def projected(mesh: Mesh) -> Charts:
+    """Charts of texture coordinates: faces are projected along the axis that they face most."""
+    axes = np.abs(mesh.face_normals).argmax(axis=1)
+    sides = 2 * axes + (np.take_along_axis(mesh.face_normals, axes[:, None], 1)[:, 0] < 0)
+    plane = np.stack([(axes + 1) % 3, (axes + 2) % 3], axis=1)
+    places = np.take_along_axis(mesh.corners, plane[:, None, :], axis=2)
+    whole = np.zeros(len(mesh.faces), dtype=np.int64)
+    return Charts(6 * mesh.faces + sides[:, None], whole, (places,))
 
 
 def decimated(mesh: Mesh, faces: int) -> Mesh:
@@ -187,11 +236,14 @@ def measured(tree: SurfaceTree, mesh: Mesh, seconds: float) -> Result:
         np.abs(row_dot(here.normals, reference.face_normals[forth.faces])).mean(),
         np.abs(row_dot(there.normals, mesh.face_normals[back.faces])).mean(),
     ]
+    surfaces = [SampledSurface(each, _SAMPLING, 1) for each in (mesh, reference)]
+    proven = prove_deviation(*surfaces, Frame.of(reference), OPTIONS.deviation, Bars())
     sampled = np.concatenate([forth.distances, back.distances])
     return Result(
         mean=float((forth.distances.mean() + back.distances.mean()) / 2),
         p95=float(np.quantile(sampled, 0.95)),
         farthest=float(max(sampled.max(), corners, others)),
+        proven=proven.record.max.upper,
         normals=float(np.mean(cosines)),
         aspect=aspect_ratio(mesh).median,
         faces=len(mesh.faces),
@@ -211,8 +263,8 @@ def row(name: str, results: dict[str, Result]) -> str:
 def summary(budget: int, pairs: list[dict[str, Result]]) -> Table:
     """Means over all pairs, of ratios to uniform subdivision where a number is a distance."""
     table = Table(title=f"{budget} times the faces, {len(pairs)} pairs")
-    columns = ("mean", "worst mean", "p95", "max", "normals", "aspect", "crossing", "s")
-    for column in ("", *columns, f"pairs with p95 ≤ {TOLERANCE}"):
+    columns = ("mean", "worst mean", "p95", "max", "proven max", "normals", "aspect", "faces")
+    for column in ("", *columns, "crossing", "s"):
         table.add_column(column, justify="right" if column else "left")
     for method in METHODS:
         mine, base = ([pair[each] for pair in pairs] for each in (method, "uniform"))
@@ -223,11 +275,31 @@ def summary(budget: int, pairs: list[dict[str, Result]]) -> Table:
             f"{max(means):.2f}",
             f"{mean(a.p95 / b.p95 for a, b in zip(mine, base, strict=True)):.2f}",
             f"{mean(a.farthest / b.farthest for a, b in zip(mine, base, strict=True)):.2f}",
+            f"{mean(a.proven / b.proven for a, b in zip(mine, base, strict=True)):.2f}",
             f"{mean(each.normals for each in mine):.4f}",
             f"{mean(each.aspect for each in mine):.2f}",
+            f"{mean(each.faces for each in mine):,.0f}",
             f"{sum(each.crossing for each in mine):,}",
             f"{mean(each.seconds for each in mine):.1f}",
+        )
+    return table
+
+
+def of_tolerance(pairs: list[dict[str, Result]]) -> Table:
+    """How many pairs a tolerance is reached for, with how many faces; of those, the means."""
+    table = Table(title=f"p95 ≤ {TOLERANCE}, at most 8 times the faces, {len(pairs)} pairs")
+    for column in ("", "reached", "p95", "times the faces", "crossing", "s"):
+        table.add_column(column, justify="right" if column else "left")
+    for method in WITHIN:
+        mine = [pair[method] for pair in pairs]
+        growth = [pair[method].faces / pair["source"].faces for pair in pairs]
+        table.add_row(
+            method,
             f"{sum(each.p95 <= TOLERANCE for each in mine)}",
+            f"{mean(each.p95 for each in mine):.5f}",
+            f"{mean(growth):.1f}",
+            f"{sum(each.crossing for each in mine):,}",
+            f"{mean(each.seconds for each in mine):.1f}",
         )
     return table
 

@@ -11,6 +11,7 @@ from meshcone.assets.limits import Limits
 from meshcone.conflict_words import in_words
 from meshcone.detail.levels import Detail, find_detail
 from meshcone.detail.records import DetailRecord, Stopped
+from meshcone.detail.tangles import are_many, new_tangles
 from meshcone.errors import InputError
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
 from meshcone.options import WITHIN_GATE, Options
@@ -99,14 +100,29 @@ def solve_in_detail(
         record = _record(Subdivision.none(len(pair.source.faces)), found, found.stopped, options)
         return Solution(pair, plain.problem, plain.answer, None, record)
     divided = pair.divided(found.subdivision, options)
-    problem = SurfaceFormulation(divided, options, _start(divided, found, options))
-    solution = _solved(divided, problem, on_round)
+    solution = _less_tangled(divided, _start(divided, found, options), options, on_round)
     if not solution.answer.kept_input:
         record = _record(found.subdivision, found, found.stopped, options)
-        return Solution(divided, problem, solution.answer, found.subdivision, record)
+        return replace(solution, subdivision=found.subdivision, detail=record)
     plain = _solved(pair, formulate(pair, options), on_round)
     record = _record(Subdivision.none(len(pair.source.faces)), found, "harm", options)
     return Solution(pair, plain.problem, plain.answer, None, record)
+
+
+def _less_tangled(
+    divided: Pair, start: Floats | None, options: Options, on_round: RoundCallback
+) -> Solution:
+    """Solve from where the levels ended, or from the source where that tangles fewer faces."""
+    first = _solved(divided, SurfaceFormulation(divided, options, start), on_round)
+    if start is None or first.answer.kept_input:
+        return first
+    pairs = options.quality.intersection_pairs
+    tangles = new_tangles(divided.source, first.answer.positions, pairs)
+    if not are_many(tangles, len(divided.source.faces)):
+        return first
+    other = _solved(divided, SurfaceFormulation(divided, options, None), on_round)
+    fewer = new_tangles(divided.source, other.answer.positions, pairs) < tangles
+    return other if fewer and not other.answer.kept_input else first
 
 
 def _found(pair: Pair, options: Options, on_level: Callable[[int, int], None]) -> Detail:

@@ -172,17 +172,23 @@ class _Levels:
         return None
 
     def _in_charts(self, now: DividedMesh, misses: Misses, charts: Charts) -> Swapped | None:
-        """Swap diagonals on sides of the source's faces, and move; None if it does not help."""
-        found = flip_in_charts(now, charts, self._source, self._target.tree)
-        if np.array_equal(found.mesh.faces, now.mesh.faces):
-            return None
-        answer = refine_surface(found.mesh, self._reference, self._quick, guarded=False)
-        moved = replace(now, mesh=found.mesh.moved_to(answer.positions))
-        if self._misses(moved).total > misses.total or self._crossings(moved).sum() > max(
-            self._crossings(now).sum(), 2 * _FEW_CROSSINGS
-        ):
-            return None
-        return Swapped(moved.mesh, found.slots)
+        """Swap diagonals on sides of the source's faces, and move; None if it does not help.
+
+        Faces that would pass through others keep their sides the next time.
+        """
+        there = self._crossings(now)
+        for _ in range(1 + _RETRIES):
+            found = flip_in_charts(now, charts, self._source, self._target.tree)
+            if np.array_equal(found.mesh.faces, now.mesh.faces):
+                return None
+            answer = refine_surface(found.mesh, self._reference, self._quick, guarded=False)
+            moved = replace(now, mesh=found.mesh.moved_to(answer.positions))
+            here = self._crossings(moved)
+            if here.sum() <= there.sum():
+                helps = self._misses(moved).total <= misses.total
+                return Swapped(moved.mesh, found.slots) if helps else None
+            charts = charts.keeping(here > there)
+        return None
 
     def _limit(self, now: DividedMesh) -> int:
         """How many faces the next level may have: equal growth until the budget is spent."""

@@ -308,6 +308,42 @@ def test_joints_are_merged_and_their_weights_added() -> None:
     assert read_asset("a.glb", before).division_notices(subdivision) == ()
 
 
+def test_new_vertices_follow_ten_poses_where_weights_agree() -> None:
+    """Halfway between two vertices that follow the same joints, in any pose."""
+    joints = [[0, 1, 2, 3]] * 4
+    weights = np.array([[0.4, 0.3, 0.2, 0.1]] * 4, dtype=np.float32)
+    before = skinned(joints, weights).glb()
+    after, subdivision = divided(before, [0, 1, 2, 3])
+    random = np.random.default_rng(5)
+    for _ in range(10):
+        bones = np.linalg.qr(random.normal(size=(9, 3, 3)))[0], random.normal(size=(9, 3))
+        expected = between(posed(before, *bones), subdivision)
+        assert posed(after, *bones) == pytest.approx(expected, abs=1e-6)
+
+
+def posed(
+    glb: bytes, turns: NDArray[np.float64], moves: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(f, 3, 3) corners by linear blend skinning."""
+    places = corners(glb, "POSITION")
+    bones = corners(glb, "JOINTS_0").astype(int)
+    each = np.einsum("fcjab,fcb->fcja", turns[bones], places) + moves[bones]
+    return np.einsum("fcj,fcja->fca", corners(glb, "WEIGHTS_0"), each)
+
+
+def test_diagonals_that_are_swapped_take_every_attribute_with_them() -> None:
+    """Of two triangles with the sides 0-2 in common, those with 1-3 in common."""
+    texture = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32)
+    before = square(TEXCOORD_0=texture).glb()
+    slots = np.array([[0, 1, 5], [1, 2, 5]])
+    asset = read_asset("a.glb", before)
+    swapped = Subdivision(2, np.arange(2), Subdivision.none(2).corners, 0, slots)
+    after = asset.divided(swapped)
+    assert read_asset("a.glb", after).triangles.tolist() == [[0, 1, 3], [1, 2, 3]]
+    assert corners(after, "TEXCOORD_0") == pytest.approx(texture[[[0, 1, 3], [1, 2, 3]]])
+    assert [each.code for each in asset.division_notices(swapped)] == ["writing.diagonals"]
+
+
 def test_joints_without_room_are_left_out_and_said() -> None:
     joints = [[0, 1, 2, 3], [4, 5, 6, 7], [4, 5, 6, 7], [0, 1, 2, 3]]
     weights = np.array([[100, 80, 50, 25]] * 4, dtype=np.uint8)

@@ -163,10 +163,29 @@ def test_what_knows_no_added_faces_is_refused(options: dict[str, Any], words: st
         refined(ball(1), detail={"growth": 2}, **options)
 
 
-def test_a_format_that_cannot_be_divided_is_refused_before_anything_is_solved() -> None:
-    off = MeshFile("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
-    with pytest.raises(InputError, match="OFF files are not divided"):
-        refined(off, detail={"growth": 2})
+def test_a_ply_a_colour_and_all_is_divided_and_proven() -> None:
+    text = ball(1).data.decode().split("\n")
+    points = [line.split()[1:4] for line in text if line.startswith("v ")]
+    faces = [
+        [int(word.split("/")[0]) - 1 for word in line.split()[1:]]
+        for line in text
+        if line.startswith("f ")
+    ]
+    rows = [" ".join([*point, str(20 * (number % 10))]) for number, point in enumerate(points)]
+    rows += [" ".join(map(str, [len(face), *face])) for face in faces]
+    head = (
+        f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\n"
+        f"property float y\nproperty float z\nproperty uchar red\nelement face {len(faces)}\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
+    found = refined(
+        MeshFile("a.ply", (head + "\n".join(rows) + "\n").encode()),
+        detail={"growth": 2, "flips": "chart"},
+    )
+    told = found.report.detail
+    assert told is not None
+    assert told.faces_after > told.faces_before == len(faces)
+    assert b"element face %d\n" % told.faces_after in found.data
 
 
 def test_more_faces_than_are_accepted_are_refused() -> None:
