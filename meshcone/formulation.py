@@ -122,8 +122,8 @@ class SurfaceFormulation(Formulated):
         if candidate not in named:
             raise InputError(f"the options know no setting '{candidate}'")
         problem = self.problems.problem(named[candidate])
-        if round_index >= problem.guarded_rounds:
-            raise InputError(f"the setting '{candidate}' has {problem.guarded_rounds} rounds")
+        if round_index >= problem.all_rounds:
+            raise InputError(f"the setting '{candidate}' has {problem.all_rounds} rounds")
         objective, families = problem.program(round_index, before)
         attached = attach_multipliers(families, multipliers)
         return FinalProgram(round_index, before, objective, families, positions, attached)

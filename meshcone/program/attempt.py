@@ -14,6 +14,7 @@ from meshcone.program.answer import FinalProgram
 from meshcone.program.cones import ConeFamily
 from meshcone.program.diagnostics import RegionsRecord, RoundRecord
 from meshcone.program.feasibility import require_feasible
+from meshcone.program.held import HeldObjective
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
 from meshcone.program.region_solver import solve_apart, solve_together, within_regions
@@ -22,7 +23,7 @@ from meshcone.program.request import RequestedCones
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblem
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Bools, Floats
 
 RoundCallback = Callable[[int, int], None]
 
@@ -91,6 +92,11 @@ class Attempt:
         return self._problem.request
 
     @property
+    def exact(self) -> Bools:
+        """(n,) which vertices of the input lie on the reference."""
+        return self._problem.structure.exact
+
+    @property
     def guards(self) -> int:
         """How many guard rounds may follow."""
         return self._problem.guarded_rounds - self._problem.rounds
@@ -128,6 +134,19 @@ class Attempt:
         further._solved = self._problem.rounds
         further.positions, further._known = self.positions, self._known
         further.records = list(self.records)
+        return further
+
+    def holding(self, vertices: Bools) -> Attempt:
+        """Return an attempt that gives (n,) vertices back to the input and fits the rest again.
+
+        It goes on from this one's end and has one round to solve.
+        """
+        last = self._problem.all_rounds
+        further = Attempt(self.name, self._problem, self._options, rounds=last)
+        further._solved = last - 1
+        source = self._problem.source.vertices
+        further.positions = np.where(vertices[:, None], source, self.positions)
+        further._known, further.records = self._known, list(self.records)
         return further
 
     def advance(self, rounds: int, count: Countdown) -> None:
@@ -184,7 +203,11 @@ class Attempt:
         count.advance(self._rounds - index if last else 1)
 
     def _optimum(
-        self, objective: SurfaceObjective, families: Sequence[ConeFamily], *, last: bool
+        self,
+        objective: SurfaceObjective | HeldObjective,
+        families: Sequence[ConeFamily],
+        *,
+        last: bool,
     ) -> RoundSolution:
         """Solve a round's program, the last to its digits, in regions where there are any."""
         regions, known, options = self._problem.regions, self._known, self._options
@@ -194,7 +217,8 @@ class Attempt:
             return solve_round(
                 objective, families, start, options, reduction=reduction, known=known
             )
-        if within_regions(regions, known, count):
+        # What is held leaves little to solve: it is not divided.
+        if isinstance(objective, SurfaceObjective) and within_regions(regions, known, count):
             apart = solve_apart(
                 regions, objective, families, start, options, reduction=reduction, known=known
             )

@@ -2,7 +2,8 @@
 
 No single setting serves every mesh: dense noisy ones need strong smoothing first, which
 melts coarse ones; thin parts need strong samples that reach far. ``best`` lets two race and
-has the one that comes closer finish; far from the reference a third starts stretched over it.
+has the one that comes closer finish. Far from the reference a third starts stretched over it;
+where most vertices are on the reference already, a third moves the others only.
 Figures are in ``docs/performance.md``.
 """
 
@@ -13,7 +14,8 @@ from dataclasses import dataclass
 from meshcone.options import Options, SurfaceOptions
 
 _SMOOTHING = (30.0, 10.0)
-# From a start stretched over the reference: stiff rounds first, which take its folds out.
+# Stiff rounds first: they take the folds out of a start stretched over the reference, and lead
+# a vertex whose neighbours are held to between them, wherever it comes from.
 _UNFOLDING = (300.0, 100.0)
 _FINISHING = (0.003, 0.001)
 
@@ -26,11 +28,18 @@ class Candidate:
         name: what reports call it.
         options: the settings.
         stretched: whether its first round starts with the source stretched over the reference.
+        holding: whether vertices that lie on the reference stay where they are.
     """
 
     name: str
     options: SurfaceOptions
     stretched: bool = False
+    holding: bool = False
+
+    @property
+    def is_always_tried(self) -> bool:
+        """Whether it is tried on every pair, and not only where the source asks for it."""
+        return not (self.stretched or self.holding)
 
     @property
     def heat(self) -> int:
@@ -52,14 +61,12 @@ def candidates(options: Options) -> list[Candidate]:
     from_afar = {"reverse": base.reverse * 10 / 3, "reach": 100.0, "reverse_from": 0}
     smoothing = _SMOOTHING + finished
     unfolding = _UNFOLDING + smoothing
+    stiff = _after(base, len(_UNFOLDING + _SMOOTHING), unfolding, **from_afar)
     return [
         Candidate("smoothing", _after(base, len(_SMOOTHING), smoothing, **from_afar)),
         Candidate("pulling", _with(base, fairness=finished, **from_afar)),
-        Candidate(
-            "stretching",
-            _after(base, len(_UNFOLDING + _SMOOTHING), unfolding, **from_afar),
-            stretched=True,
-        ),
+        Candidate("mending", stiff, holding=True),
+        Candidate("stretching", stiff, stretched=True),
     ]
 
 

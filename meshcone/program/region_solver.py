@@ -24,6 +24,7 @@ from meshcone.processes import each_of
 from meshcone.program.cones import ConeFamily
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.regions import Region
+from meshcone.program.relaxation import PreconditionedObjective
 from meshcone.program.restriction import RestrictedCones, restricted_objective
 from meshcone.program.round_solver import Method, RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
@@ -94,7 +95,7 @@ def solve_apart(
 
 
 def solve_together(
-    objective: SurfaceObjective,
+    objective: PreconditionedObjective,
     families: Sequence[ConeFamily],
     start: Floats,
     options: SolverOptions,
@@ -181,7 +182,7 @@ def _together(family: ConeFamily, parts: Sequence[tuple[Ints, Floats]]) -> Multi
 class _CountedObjective:
     """An objective that counts products with its matrix."""
 
-    def __init__(self, objective: SurfaceObjective) -> None:
+    def __init__(self, objective: PreconditionedObjective) -> None:
         self._objective, self.products = objective, 0
         self.linear, self.constant = objective.linear, objective.constant
 

@@ -14,8 +14,8 @@ from meshcone.program.answer import RefinedPositions
 from meshcone.program.attempt import Attempt, Countdown, RoundCallback
 from meshcone.program.confirm import confirm_optimum
 from meshcone.program.effort import Candidate, candidates
-from meshcone.program.infeasibility import ContradictionError
 from meshcone.program.records import record_round
+from meshcone.program.remedies import given_back, guarded_end
 from meshcone.program.round_solver import RoundSolution, finish_by_scs
 from meshcone.program.stretching import LARGEST, stretched
 from meshcone.program.surface_problem import SurfaceProblems
@@ -26,16 +26,12 @@ from meshcone.surface.arrays import Floats
 _SCORING_SAMPLES = 4000
 # Settings this close after the race finish both: the last rounds may turn them around.
 _CLOSE_RACE = 1.1
-# Guard rounds follow where more than so many faces, and than this share of them, are amiss. Where
-# it is more than that share they mend too little, as on a sheet, half of whose faces are opposed.
-# They may cost this much of the distance: of its mean, its 95th percentile and the largest.
-_FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
-_MENDING_COST = 1.02
-_LARGEST_COST = 1.1  # what is measured of the largest depends on which samples meet it
-# Attempts whose earlier rounds are looked at where none's last will do, and how many of each.
+# Where no attempt's last round will do, so many of each attempt's earlier ones may.
 _LOOKED_AT_AGAIN = 2
 # An answer this much farther away than it was in the race ends there.
 _DRIFT = 1.05
+# Where this share of the vertices lies on the reference, they may stay while the rest moves.
+_MOSTLY = 0.5
 # From this mean distance on, in the reference's radius, the source is stretched as well.
 _FAR = 0.06
 
@@ -62,12 +58,15 @@ class SurfaceRefiner:
         if not self._options.surface.fairness:
             return RefinedPositions(self._source.vertices, [], None)
         every = candidates(self._options)
-        tried = [candidate for candidate in every if not candidate.stretched]
+        tried = [candidate for candidate in every if candidate.is_always_tried]
         attempts = [self._attempt(candidate) for candidate in tried]
         harm = self._harm_check(attempts[0])
-        if self._is_far(harm):
-            far = [candidate for candidate in every if candidate.stretched]
-            tried, attempts = tried + far, attempts + [self._attempt(c) for c in far]
+        for candidate in every:
+            if (candidate.stretched and self._is_far(harm)) or (
+                candidate.holding and self._is_mostly_right(attempts[0])
+            ):
+                tried.append(candidate)
+                attempts.append(self._attempt(candidate))
         count = Countdown(on_round, sum(len(c.options.fairness) for c in tried))
         ahead = self._ahead(attempts, [c.heat for c in tried], count)
         for attempt in ahead:
@@ -99,6 +98,11 @@ class SurfaceRefiner:
         free = self._options.cones == ConeOptions() and self._problems.start is None
         small = len(self._source.vertices) <= LARGEST
         return free and small and harm.input.distances.mean > _FAR
+
+    def _is_mostly_right(self, attempt: Attempt) -> bool:
+        """Tell whether most vertices lie on the reference, and some do not."""
+        free = self._options.cones == ConeOptions() and self._problems.start is None
+        return free and _MOSTLY <= float(attempt.exact.mean()) < 1
 
     def _attempt(self, candidate: Candidate) -> Attempt:
         problem = self._problems.problem(candidate)
@@ -136,7 +140,7 @@ class SurfaceRefiner:
             if answer is not None:
                 return answer
             reasons = reasons or objections
-        for attempt in attempts[:_LOOKED_AT_AGAIN]:
+        for attempt in attempts:
             answer = self._earlier(attempt, harm)
             if answer is not None:
                 return answer
@@ -152,10 +156,12 @@ class SurfaceRefiner:
         require_time()
         attempt, found = self._ended(attempt, harm, count)
         solution = attempt.complete(count).solution
-        guarded = self._guarded_end(attempt, harm, found)
-        if guarded is not None:
+        mended = guarded_end(attempt, harm, found)
+        if mended is None and found.objections:
+            mended = given_back(attempt, harm, found)
+        if mended is not None:
             attempt.let_go()
-            attempt, found = guarded
+            attempt, found = mended
             solution = attempt.complete(count).solution
         if not found.objections:
             answer = self._confirmed(attempt, solution)
@@ -183,30 +189,6 @@ class SurfaceRefiner:
                 attempt.let_go()
                 return shorter, harm.examine(earlier)
         return attempt, harm.examine(positions)
-
-    def _guarded_end(
-        self, attempt: Attempt, harm: HarmCheck, found: Examined
-    ) -> tuple[Attempt, Examined] | None:
-        """Go on with guard rounds where much is amiss; None where that mends nothing.
-
-        Args:
-            attempt: completed.
-            harm: the input.
-            found: what the attempt's answer looks like.
-        """
-        faces = len(self._source.faces)
-        fewest = max(_FEWEST_AMISS, _AMISS_SHARE * faces)
-        if not (attempt.guards and fewest < found.amiss <= _MOST_AMISS_SHARE * faces):
-            return None
-        guarded = attempt.guarded()
-        try:
-            solution = guarded.complete(Countdown(None, 0)).solution
-        except ContradictionError:  # of a tolerance band, which follows the round's own start
-            return None
-        mended = harm.examine(solution.positions)
-        mends = mended.amiss < found.amiss and not mended.objections
-        better = mends and (_is_near(mended, found) or bool(found.objections))
-        return (guarded, mended) if better and solution.converged else None
 
     def _earlier(self, attempt: Attempt, harm: HarmCheck) -> RefinedPositions | None:
         """Confirm the last round of an attempt whose answer nothing speaks against.
@@ -294,10 +276,3 @@ def refine_surface(
     """
     problems = SurfaceProblems(source, reference, options)
     return SurfaceRefiner(problems, guarded=guarded).run(on_round)
-
-
-def _is_near(mended: Examined, found: Examined) -> bool:
-    """Tell whether what guard rounds have mended costs next to nothing in distance."""
-    now, was = mended.distances, found.distances
-    near = now.mean <= _MENDING_COST * was.mean and now.p95 <= _MENDING_COST * was.p95
-    return near and mended.largest <= _LARGEST_COST * found.largest

@@ -10,10 +10,13 @@ from scipy import sparse
 from meshcone.program.fairness import Fairness
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.trust import without_counterpart
+from meshcone.quality.facing import orientation_of
 from meshcone.surface import ClosestPoints, Mesh
 from meshcone.surface.arrays import Bools, Floats, row_dot
 
 _FAIRNESS_FLOOR = 1e-4
+# Of the radius: what single precision and six decimals make of a vertex on the reference.
+_EXACT = 1e-6
 # Fairness of displacements: where a vertex is carried by its neighbours, and within the
 # tangent plane of borders, which no smoothing may shorten.
 _CARRYING, _OUTLINE = 1.0, 0.3
@@ -42,6 +45,11 @@ class SourceStructure:
     vertices: Floats
     closest: ClosestPoints
 
+    @property
+    def exact(self) -> Bools:
+        """(n,) whether a vertex of the input lies on the reference."""
+        return self.closest.distances <= _EXACT
+
     @staticmethod
     def of(source: Mesh, reference: PreparedReference, noise_scale: float) -> SourceStructure:
         """Measure the input against the reference.
@@ -68,7 +76,7 @@ class SourceStructure:
         scale = np.maximum(noise_scale * lengths / degree, 1e-12)
         return SourceStructure(
             laplacian=_laplacian(adjacency),
-            orientation=1.0 if agreement.mean() >= 0 else -1.0,
+            orientation=orientation_of(source, reference.tree.mesh, float(agreement.mean())),
             noisiness=(nearby / scale) ** 2,
             border=source.border_vertices,
             lost=lost,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,14 +12,15 @@ from meshcone.program.cones import ConeFamily
 from meshcone.program.correspondence import round_objective
 from meshcone.program.effort import Candidate
 from meshcone.program.guards import Guard
+from meshcone.program.held import HeldObjective
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.regions import Region, divide, region_count
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.staying import Staying
 from meshcone.program.surface_objective import SurfaceObjective
-from meshcone.surface import Mesh
-from meshcone.surface.arrays import Floats
+from meshcone.surface import Mesh, without_copies
+from meshcone.surface.arrays import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class SurfaceProblem:
         start: (n, 3) where the first round starts.
         most_pairs: pairs of faces that a guard round may test for passing through each other.
         regions: parts that are solved apart, if the mesh is divided.
+        held: (n,) vertices that every round leaves where the input has them, or None for none.
     """
 
     source: Mesh
@@ -45,6 +47,7 @@ class SurfaceProblem:
     start: Floats
     most_pairs: int
     regions: tuple[Region, ...] = ()
+    held: Bools | None = None
 
     @property
     def rounds(self) -> int:
@@ -56,21 +59,38 @@ class SurfaceProblem:
         """Number of rounds in the schedule and of guard rounds after it."""
         return self.rounds + self.options.guards
 
+    @property
+    def all_rounds(self) -> int:
+        """Number of rounds there may be: after the guard rounds one that leaves places alone."""
+        return self.guarded_rounds + 1
+
     def program(
         self, round_index: int, before: Floats
-    ) -> tuple[SurfaceObjective, list[ConeFamily]]:
+    ) -> tuple[SurfaceObjective | HeldObjective, list[ConeFamily]]:
         """Write a round's program.
 
         Args:
-            round_index: counted from 0; those beyond the schedule are guard rounds.
+            round_index: counted from 0; those beyond the schedule are guard rounds, and the last
+                holds every vertex that is where the input has it.
             before: (n, 3) where the previous round left the vertices.
         """
+        objective, families = self._over_all(round_index, before)
+        held = self.held
+        if round_index == self.guarded_rounds:
+            held = (before == self.source.vertices).all(axis=1)
+        if held is not None and held.any():
+            return HeldObjective(objective, held, self.source.vertices), families
+        return objective, families
+
+    def _over_all(
+        self, round_index: int, before: Floats
+    ) -> tuple[SurfaceObjective, list[ConeFamily]]:
         moving = self.source.moved_to(before)
         objective = round_objective(
             round_index, moving, self.reference, self.structure, self.options
         )
         families = self.request.families(objective.forward, moving)
-        if round_index < self.rounds:
+        if not self.rounds <= round_index < self.guarded_rounds:
             return objective, families
         guard = Guard.of(moving, self.reference, self.structure, self.most_pairs)
         objective = guard.smoothed(objective, self.structure, round_index - self.rounds)
@@ -105,7 +125,11 @@ class SurfaceProblems:
     _structures: dict[float, SourceStructure] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Sample the reference."""
+        """Take faces that are stored twice once, and sample the reference."""
+        self.source, kept = without_copies(self.source)
+        self.reference, _ = without_copies(self.reference)
+        if self.labels is not None and kept is not None:
+            self.labels = replace(self.labels, regions=self.labels.regions[kept])
         count = len(self.source.vertices)
         self.prepared = PreparedReference.of(self.reference, count, self.options.seed)
         self.staying = Staying.of(self.prepared.tree, self.options.cones, self.radius)
@@ -127,6 +151,7 @@ class SurfaceProblems:
             start=source.vertices if self.start is None else self.start,
             most_pairs=self.options.quality.intersection_pairs,
             regions=self.regions,
+            held=self._structure(chosen.noise_scale).exact if candidate.holding else None,
         )
 
     @cached_property

@@ -14,9 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from meshcone.quality.cracks import count_cracks
-from meshcone.quality.intersections import count_self_intersections
-from meshcone.surface import Mesh, SurfaceTree, sample_surface
-from meshcone.surface.arrays import Floats, row_dot
+from meshcone.quality.facing import orientation_of
+from meshcone.quality.intersections import count_self_intersections, self_intersections
+from meshcone.surface import Mesh, SurfaceTree, sample_surface, without_copies
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
 from meshcone.surface.closest import barycentric_weights
 
 _SAMPLES = 8000
@@ -24,6 +25,8 @@ _SEED = 2**31 + 11  # options allow seeds up to 2³¹ − 1: no caller's samples
 # Distances may grow by this share and this much of the radius: what samples cannot tell apart.
 _MEAN_SHARE, _P95_SHARE, _MAX_SHARE = 0.005, 0.02, 0.02
 _P95_ROUNDING, _MAX_ROUNDING = 1e-3, 1e-4
+# A place is worse where its distance grows by this share of the input's mean at least.
+_FELT = 0.25
 # Defects of the mesh itself may grow by this many, of a small mesh by fewer, or by this share
 # of its faces; by more only where the mean distance falls to a quarter.
 _FEWEST_DEFECTS, _FEW_SHARE = 4, 0.05
@@ -68,7 +71,8 @@ class HarmCheck:
         distances: whether it counts that an answer is farther from the reference.
 
     Attributes:
-        input: the source itself.
+        source: without the copies of faces that it stores twice.
+        input: the source itself, held against itself.
     """
 
     def __init__(
@@ -81,7 +85,10 @@ class HarmCheck:
         distances: bool = True,
     ) -> None:
         self._distances_count = distances
-        self._source, self._tree, self._pairs = source, tree, intersection_pairs
+        source, _ = without_copies(source)
+        reference, kept = without_copies(reference)
+        self.source, self._pairs = source, intersection_pairs
+        self._tree = tree if kept is None else SurfaceTree(reference)
         self._samples = sample_surface(reference, _SAMPLES, _SEED).in_space().points
         drawn = sample_surface(source, _SAMPLES, _SEED + 1).in_space()
         self._faces = drawn.faces
@@ -90,7 +97,7 @@ class HarmCheck:
 
     def examine(self, positions: Floats) -> Examined:
         """Look at the source at (n, 3) positions."""
-        return Examined(self, self._source.moved_to(positions))
+        return Examined(self, self.source.moved_to(positions))
 
     def objections(self, positions: Floats) -> list[str]:
         """Say in what the source at (n, 3) positions is worse than the source, a clause each."""
@@ -125,8 +132,8 @@ class HarmCheck:
         was, found = self.input, []
         much_closer = now.distances.mean <= _MUCH_CLOSER * was.distances.mean
         share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
-        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(self._source.faces)))
-        allowed = max(few, int(share * len(self._source.faces)))
+        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(self.source.faces)))
+        allowed = max(few, int(share * len(self.source.faces)))
         turned = self._growth(now, lambda examined: examined.opposed, allowed)
         if turned > allowed:
             found.append(f"{turned:,} more faces turn their backs on the reference")
@@ -138,6 +145,40 @@ class HarmCheck:
         if torn > allowed:
             found.append(f"{torn:,} more edges of open borders lie along another border")
         return found
+
+    def places(self, now: Examined) -> Bools:
+        """Find the vertices around what speaks against a mesh, (n,).
+
+        Of what the reference's side misses, the source's own closest faces count.
+        """
+        faces = np.zeros(len(self.source.faces), dtype=bool)
+        vertices = np.zeros(len(self.source.vertices), dtype=bool)
+        if self.farther(now):
+            was, reached = self.input.distances, now.distances
+            felt = max(_MAX_ROUNDING, _FELT * was.mean)
+            there, back = reached.sampled > was.sampled + felt
+            faces[self._faces[there]] = True
+            missed = [self._samples[back]]
+            limit = _allowed(self.input.largest, _MAX_SHARE, _MAX_ROUNDING)
+            if now.largest > limit:
+                ours, theirs = self.beyond(now.mesh, limit)
+                vertices[ours] = True
+                missed.append(self._tree.mesh.vertices[theirs])
+            faces[SurfaceTree(self.source).closest(np.concatenate(missed)).faces] = True
+        if self.defects(now):
+            faces |= now.opposed_faces & ~self.input.opposed_faces
+            faces[self._newly_crossing(now)] = True
+        vertices[self.source.faces[faces]] = True
+        return vertices
+
+    def _newly_crossing(self, now: Examined) -> Ints:
+        """Faces that pass through others which they did not pass through before."""
+        before, after = (self_intersections(mesh, self._pairs) for mesh in (self.source, now.mesh))
+        if before is None or after is None:
+            return np.empty(0, dtype=np.int64)
+        count = len(self.source.faces)
+        known = before[:, 0] * count + before[:, 1]
+        return after[~np.isin(after[:, 0] * count + after[:, 1], known)].ravel()
 
     def _growth(self, now: Examined, count: _Count, allowed: int) -> int:
         """How many more there are than of the input, which need not be looked at for a few."""
@@ -153,7 +194,7 @@ class HarmCheck:
 
     @cached_property
     def _source_agreement(self) -> Floats:
-        return self._agreement(self._source)
+        return self._agreement(self.source)
 
     def measured(self, mesh: Mesh) -> Distances:
         """Measure the distances of a mesh with the source's faces."""
@@ -172,10 +213,18 @@ class HarmCheck:
 
     def corners(self, mesh: Mesh) -> float:
         """Return the largest distance of a vertex of either mesh from the other."""
-        there = self._tree.closest(mesh.vertices[mesh.used_vertices]).distances
-        reference = self._tree.mesh
-        back = SurfaceTree(mesh).closest(reference.vertices[reference.used_vertices]).distances
-        return float(max(there.max(), back.max()))
+        return float(max(distances.max() for _, distances in self._corner_distances(mesh)))
+
+    def beyond(self, mesh: Mesh, limit: float) -> tuple[Ints, Ints]:
+        """Find the vertices of the mesh, and of the reference, that are farther from the other."""
+        ours, theirs = self._corner_distances(mesh)
+        return ours[0][ours[1] > limit], theirs[0][theirs[1] > limit]
+
+    def _corner_distances(self, mesh: Mesh) -> tuple[tuple[Ints, Floats], tuple[Ints, Floats]]:
+        used, known = mesh.used_vertices, self._tree.mesh.used_vertices
+        there = self._tree.closest(mesh.vertices[used]).distances
+        back = SurfaceTree(mesh).closest(self._tree.mesh.vertices[known]).distances
+        return (used, there), (known, back)
 
     def crossing(self, mesh: Mesh) -> int | None:
         """Count pairs of faces that pass through each other; None where that is too much."""
@@ -185,12 +234,12 @@ class HarmCheck:
         """Count edges of open borders along other borders; None where that is too much."""
         return count_cracks(mesh, self._pairs)
 
-    def opposed(self, mesh: Mesh) -> int:
-        """Count faces that turn their backs on the closest triangle of the reference."""
+    def opposed(self, mesh: Mesh) -> Bools:
+        """Find faces that turn their backs on the closest triangle of the reference, (m,)."""
         known = self._source_agreement
-        orientation = 1.0 if np.mean(known) >= 0 else -1.0
-        agreement = known if mesh is self._source else self._agreement(mesh)
-        return int(np.count_nonzero(orientation * agreement < 0))
+        orientation = orientation_of(self.source, self._tree.mesh, float(np.mean(known)))
+        agreement = known if mesh is self.source else self._agreement(mesh)
+        return orientation * agreement < 0
 
     def _agreement(self, mesh: Mesh) -> Floats:
         """Return the cosine between each face and the closest face of the reference, (m,)."""
@@ -202,32 +251,37 @@ class Examined:
     """One mesh held against the input; each count is made when it is first asked for."""
 
     def __init__(self, check: HarmCheck, mesh: Mesh) -> None:
-        self._check, self._mesh = check, mesh
+        self._check, self.mesh = check, mesh
 
     @cached_property
     def distances(self) -> Distances:
         """How far samples of it are from the reference, and samples of that from it."""
-        return self._check.measured(self._mesh)
+        return self._check.measured(self.mesh)
 
     @cached_property
     def largest(self) -> float:
         """The largest distance of samples and vertices, both ways, relative to the radius."""
-        return max(self.distances.max, self._check.corners(self._mesh))
+        return max(self.distances.max, self._check.corners(self.mesh))
 
     @cached_property
     def opposed(self) -> int:
         """Faces that turn their backs on the closest triangle of the reference."""
-        return self._check.opposed(self._mesh)
+        return int(np.count_nonzero(self.opposed_faces))
+
+    @cached_property
+    def opposed_faces(self) -> Bools:
+        """(m,) which faces turn their backs on the closest triangle of the reference."""
+        return self._check.opposed(self.mesh)
 
     @cached_property
     def crossing(self) -> int | None:
         """Pairs of faces that pass through each other; None where counting takes too long."""
-        return self._check.crossing(self._mesh)
+        return self._check.crossing(self.mesh)
 
     @cached_property
     def cracks(self) -> int | None:
         """Edges of open borders that lie along others; None where counting takes too long."""
-        return self._check.cracks(self._mesh)
+        return self._check.cracks(self.mesh)
 
     @property
     def amiss(self) -> int:

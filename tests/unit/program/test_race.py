@@ -52,7 +52,7 @@ def test_the_rounds_of_a_setting_that_falls_behind_are_not_solved() -> None:
         source, torus(96, 48), parse_options(QUIET), lambda *done: announced.append(done)
     )
 
-    schedules = {c.name: c.options.fairness for c in candidates(Options()) if not c.stretched}
+    schedules = {c.name: c.options.fairness for c in candidates(Options()) if c.is_always_tried}
     assert answer.candidate == "smoothing"
     assert len(answer.rounds) == len(schedules["smoothing"])
     total = sum(map(len, schedules.values()))
@@ -67,7 +67,7 @@ def test_both_run_to_the_end_where_neither_is_ahead() -> None:
 
     refine_surface(noisy(sphere(2), 0.01), sphere(3), options, lambda *done: announced.append(done))
 
-    total = sum(len(c.options.fairness) for c in candidates(options) if not c.stretched)
+    total = sum(len(c.options.fairness) for c in candidates(options) if c.is_always_tried)
     assert announced[-1] == (total, total)
 
 
