@@ -4,11 +4,11 @@
 
 A bumpy torus with noise of a third of an edge, its own reference, ``effort: fast`` and not
 confirmed by SCS: the rounds alone, without files and metrics. Each row is a process of its own.
-"peak" is what it holds at most beyond what it held before it began; "child" is all that the largest
-of its processes holds, most of it shared with the one that forked it; "together" are products
-with the whole program's matrix that finished the last round; "p2s" is the distance over that of the
-whole, and "same" whether the positions are to the last bit those of the first row of as many
-regions.
+"shared" is what of the processor time was spent in the processes it forked; "peak" is what it
+holds at most beyond what it held before it began; "child" is all that the largest of the forked
+ones holds, most of it shared with the one it came from; "together" are products with the whole
+program's matrix that finished the last round; "p2s" is the distance over that of the whole, and
+"same" whether the positions are to the last bit those of the first row of as many regions.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -52,7 +53,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(json.dumps(measured(**arguments.row)))
         return 0
     table = Table(title="one thread in each process; a bumpy torus with noise")
-    for title in ("vertices", "regions", "processes", "s", "cpu s", "peak MiB", "child MiB"):
+    for title in (
+        "vertices",
+        "regions",
+        "processes",
+        "s",
+        "cpu s",
+        "shared",
+        "peak MiB",
+        "child MiB",
+    ):
         table.add_column(title, justify="right")
     for title in ("together", "p2s", "same"):
         table.add_column(title, justify="right")
@@ -61,11 +71,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             in_a_process(vertices=vertices, regions=regions, processes=processes)
             for regions in arguments.regions
             for processes in arguments.processes
-            if regions > 1 or processes == min(arguments.processes)
         ]
         for row in rows:
             table.add_row(*cells(row, rows))
-    Console(width=None if sys.stdout.isatty() else 100).print(table)
+    Console(width=None if sys.stdout.isatty() else 110).print(table)
     return 0
 
 
@@ -103,12 +112,19 @@ def measured(vertices: int, regions: int, processes: int) -> dict[str, Any]:
         "found": len(pair.source.vertices),
         "seconds": wall,
         "processor_seconds": processor,
+        "shared": children_seconds(),
         "peak": peak - held,
         "child": child if processes > 1 else None,
         "together": None if answer.regions is None else answer.regions.products_together,
         "distance": after.point_to_surface,
         "digest": hashlib.sha256(answer.positions.tobytes()).hexdigest(),
     }
+
+
+def children_seconds() -> float:
+    """Processor time of the processes that this one has started and waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def options(regions: int) -> Options:
@@ -138,6 +154,7 @@ def cells(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> list[str]:
         str(row["processes"]),
         f"{row['seconds']:.1f}",
         f"{row['processor_seconds']:.1f}",
+        f"{row['shared']:.1f}",
         f"{row['peak']:.0f}",
         "-" if row["child"] is None else f"{row['child']:.0f}",
         "-" if row["together"] is None else str(row["together"]),

@@ -26,6 +26,11 @@ _tokens = itertools.count()
 _work: dict[int, Callable[[int], object]] = {}  # what forked processes find in their memory
 
 
+def at_once() -> int:
+    """Return how many processes may be used at once."""
+    return _allowed.get() if sys.platform == "linux" else 1
+
+
 @contextmanager
 def processes_allowed(count: int) -> Iterator[None]:
     """Let the body use so many processes at once."""
@@ -46,20 +51,20 @@ def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
     Raises:
         CrashError: a process died.
     """
-    at_once = min(_allowed.get(), count)
-    if at_once <= 1 or sys.platform != "linux":
+    used = min(at_once(), count)
+    if used <= 1:
         yield from map(work, range(count))
         return
     token = next(_tokens)
     _work[token] = work
     try:
         forking = multiprocessing.get_context("fork")
-        with ProcessPoolExecutor(at_once, mp_context=forking) as pool:
+        with ProcessPoolExecutor(used, mp_context=forking) as pool:
             for task in [pool.submit(_do, token, index) for index in range(count)]:
                 yield task.result()  # type: ignore[misc]
     except BrokenProcessPool:
         raise CrashError(
-            f"one of {at_once} processes that solved regions of the mesh died; fewer at once take "
+            f"one of {used} processes that worked on parts of the mesh died; fewer at once take "
             "less memory"
         ) from None
     finally:
@@ -67,4 +72,5 @@ def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
 
 
 def _do(token: int, index: int) -> object:
+    _allowed.set(1)  # a process has no others at its side
     return _work[token](index)
