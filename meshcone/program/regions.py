@@ -68,7 +68,10 @@ def divide(
 
 def neighbours(vertices: Ints, coupling: sparse.csr_array) -> Ints:
     """Return the vertices (j,) and all that are coupled with one of them, ascending."""
-    return np.union1d(vertices, coupling[vertices].indices).astype(np.int64)
+    found = np.zeros(coupling.shape[0], dtype=bool)
+    found[vertices] = True
+    found[coupling[vertices].indices] = True
+    return np.flatnonzero(found)
 
 
 def _halved(vertices: Floats, members: Ints, count: int) -> Iterator[Ints]:

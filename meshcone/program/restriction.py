@@ -93,11 +93,11 @@ def restricted_objective(
     rows = neighbours(free, fairness.laplacian)  # L has the same pattern as its transpose
     smoothed = sparse.csr_array(fairness.laplacian[rows])
     touching = _touching(objective.carried, is_free)
-    felt = [smoothed.indices.astype(np.int64)]
+    felt = np.zeros(count, dtype=bool)
+    felt[smoothed.indices] = True
     if objective.carried is not None:
-        felt.append(objective.carried.corners[touching].ravel())
-    members = np.unique(np.concatenate(felt))
-    held = members[~is_free[members]]
+        felt[objective.carried.corners[touching]] = True
+    held = np.flatnonzero(felt & ~is_free)
     kept = np.concatenate([free, held])
     number = np.full(count, -1, dtype=np.int64)
     number[kept] = np.arange(len(kept))
