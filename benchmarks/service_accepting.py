@@ -86,7 +86,8 @@ def together(url: str, pair: Pair, count: int) -> tuple[list[float], int]:
 def send(http: httpx2.Client, pair: Pair) -> float | None:
     """Seconds from the first byte to the 202; None if there was none."""
     # Files that the service does not have yet: those that it has are not stored again.
-    body = form(*(mesh + f"# {uuid.uuid4()}\n".encode() for mesh in pair), {"effort": "fast"})
+    source, reference = (mesh + f"# {uuid.uuid4()}\n".encode() for mesh in pair)
+    body = form(source, reference, {"effort": "fast"})
     started = time.perf_counter()
     answer = http.post("/v1/jobs", content=body, headers=MULTIPART)
     return time.perf_counter() - started if answer.status_code == 202 else None

@@ -5,7 +5,7 @@ wheel (`pip install plotly`). Both are drawn by SwiftShader, without a graphics 
 table: bytes sent, seconds until the library is there and until the first picture, milliseconds a
 picture while the camera turns, and megabytes of the script's heap.
 
-    python -m benchmarks.viewers [--repeats 3]
+    python benchmarks/viewers.py [--repeats 3]
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from statistics import median
 import numpy as np
 from playwright.sync_api import Browser, sync_playwright
 
-sys.path.append(sys.path.pop(0))  # a script beside this one has the name of the package
+# A script beside this one has the name of the package.
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from service.dashboard.libraries import three_js
 
 _SIDE = 317

@@ -13,6 +13,7 @@ from meshcone.appearance.paint import Paint, Spots, shown
 from meshcone.appearance.records import Appearance, ColorDifference, Compared
 from meshcone.quality.sampled import SampledSurface
 from meshcone.srgb import to_encoded
+from meshcone.surface import Mesh, SurfaceTree
 from meshcone.surface.arrays import Floats, Ints, row_dot
 from meshcone.surface.closest import barycentric_weights
 
@@ -44,8 +45,7 @@ def compare_colours(
     Returns:
         None where the reference says nothing of its colour, or neither says what it is.
     """
-    known = source.paint.has_colour or reference.paint.has_colour
-    if not (known and reference.paint.claims_colour):
+    if not comparable(source.paint, reference.paint):
         return None
     surfaces = [source, Painted(again, reference.paint)]
     if judged.surface is not source.surface:
@@ -62,6 +62,40 @@ def compare_colours(
         floor=found[1],
         why_not_tested=why or None,
     )
+
+
+def comparable(source: Paint, reference: Paint) -> bool:
+    """Whether the reference says its colour, and one of the two is known."""
+    known = source.has_colour or reference.has_colour
+    return known and reference.claims_colour
+
+
+def differences_at(
+    spots: Spots, ours: tuple[Mesh, Paint], theirs: tuple[Mesh, Paint]
+) -> Floats | None:
+    """CIEDE2000 (k,) between points of a surface and the closest on another that face their way.
+
+    Args:
+        spots: (k,) points of the first surface.
+        ours: that surface, and its colours.
+        theirs: the one that it is compared with, in the same frame, and its colours.
+
+    Returns:
+        None where some colour is not known.
+    """
+    mesh, paint = ours
+    points = np.einsum("kc,kcd->kd", spots.weights, mesh.corners[spots.faces])
+    normals = mesh.face_normals[spots.faces]
+    found = SurfaceTree(theirs[0]).closest(points)
+    agreeing = np.sign(row_dot(normals, theirs[0].face_normals[found.faces])).sum()
+    # Where most normals oppose each other, one of the two is inside out.
+    sign = -1.0 if agreeing < 0 else 1.0
+    closest = FacingSurface(theirs[0]).closest(points, sign * normals, found)
+    there = Spots(closest.faces, barycentric_weights(closest.points, theirs[0], closest.faces))
+    here = shown(paint.colours([spots])[0]), shown(theirs[1].colours([there])[0])
+    if any(np.isnan(colours).any() for colours in here):
+        return None
+    return differences(*map(to_lab, here))
 
 
 _Side = tuple[Paint, Spots]

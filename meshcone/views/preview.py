@@ -9,7 +9,9 @@ negative inside a reference that has an inside; ``_TENSION`` where there are mul
 ``extras`` of a mesh have what belongs to its triangles: ``parts``, each with a name, the first of
 its triangles and their number; ``skin``, the image of all its colours and an accessor of the
 texels (column, row) of every corner; ``uv``, an accessor of every corner's texture coordinates
-between ``low`` and ``high``.
+between ``low`` and ``high``; ``contrast``, on the mesh that is judged, how different its colours
+are from the reference's: an image whose brightest value stands for a CIEDE2000 of ``top``, and
+texels as those of a skin.
 """
 
 from __future__ import annotations
@@ -19,18 +21,20 @@ from typing import Any
 
 import numpy as np
 
+from meshcone.appearance.comparison import comparable
 from meshcone.appearance.paint import Paint
 from meshcone.assets.gltf.builder import GlbBuilder
 from meshcone.quality.directions import inside
 from meshcone.quality.parts import Partition
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, Ints
-from meshcone.views.light import simplified
+from meshcone.views.light import Collapse, simplified
 from meshcone.views.scene import Scene, Surface
-from meshcone.views.skin import Origin, skin_of
+from meshcone.views.skin import Origin, contrast_of, skin_of
 
 PREVIEW_FACES = 100_000
 _TEXELS = 10  # of the skin for each triangle that a preview may have
+_CONTRAST_SIDE = 512  # texels at least: as many points of the surface are compared
 _STEPS = np.iinfo(np.uint16).max
 
 
@@ -39,19 +43,27 @@ def preview_glb(scene: Scene, most_faces: int = PREVIEW_FACES) -> bytes:
 
     :func:`meshcone.views.light.simplified` says what becomes of the others.
     """
-    light = simplified(scene, most_faces)
+    lighter = simplified(scene, most_faces)
+    light = lighter.scene
     side = 1 << round(np.log2(most_faces * _TEXELS) / 2)
     parts = light.parts or (None, None)
     paints = scene.paints or (None, None)
     leading = scene.refined or scene.input
     shown = light.refined or light.input
     builder = _Builder(GlbBuilder(), [], side)
-    ours = builder.triangles(shown.mesh, parts[0], paints[0], leading.mesh)
+    ours = builder.triangles(shown.mesh, parts[0], paints[0], leading.mesh, lighter.ours)
     meshes = [builder.mesh("input", light.input, ours, signed=_signed(light, light.input))]
     if light.refined is not None:
         signed = _signed(light, light.refined)
         meshes.append(builder.mesh("refined", light.refined, ours, signed, light.tension))
-    theirs = builder.triangles(light.reference.mesh, parts[1], paints[1], scene.reference.mesh)
+    if scene.paints is not None and comparable(*scene.paints):
+        order = _order(shown.mesh, parts[0])
+        origin = _origin(shown.mesh, order, scene.paints[0], leading.mesh)
+        against = (scene.reference.mesh, scene.paints[1])
+        meshes[-1]["extras"] |= builder.contrast(_ordered(shown.mesh, order), origin, against)
+    theirs = builder.triangles(
+        light.reference.mesh, parts[1], paints[1], scene.reference.mesh, lighter.theirs
+    )
     meshes.append(builder.mesh("reference", light.reference, theirs))
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "MeshCone", "extras": _extras(scene)},
@@ -90,7 +102,12 @@ class _Builder:
     side: int
 
     def triangles(
-        self, mesh: Mesh, partition: Partition | None, paint: Paint | None, whole: Mesh
+        self,
+        mesh: Mesh,
+        partition: Partition | None,
+        paint: Paint | None,
+        whole: Mesh,
+        collapse: Collapse,
     ) -> _Triangles:
         """Add the faces of a surface, part after part, and what is known of each.
 
@@ -99,24 +116,23 @@ class _Builder:
             partition: its parts, if they are told apart.
             paint: the colours of ``whole``, if they were asked for.
             whole: the mesh of all faces that it was made of.
+            collapse: how it was made of that.
         """
-        order: Ints = np.arange(len(mesh.faces))
+        order = _order(mesh, partition)
         extras: dict[str, Any] = {}
         if partition is not None:
-            order = np.argsort(partition.labels, kind="stable")
             extras["parts"] = _ranges(partition)
         if paint is not None and paint.has_colour:
-            ordered = Mesh(mesh.vertices, mesh.faces[order])
-            same = len(mesh.faces) == len(whole.faces)
-            extras["skin"] = self._skin(ordered, Origin(paint, order if same else None, whole))
-            coordinates = paint.coordinates(order) if same else None
+            origin = _origin(mesh, order, paint, whole)
+            extras["skin"] = self._skin(_ordered(mesh, order), origin)
+            coordinates = paint.coordinates(np.arange(len(whole.faces)))
             if coordinates is not None:
-                extras["uv"] = self._uv(coordinates)
+                left = collapse.of_coordinates(coordinates, mesh.vertices)
+                extras["uv"] = self._uv(left[order])
         return _Triangles(self.glb.add_indices(mesh.faces[order]), extras)
 
     def _skin(self, mesh: Mesh, origin: Origin) -> dict[str, int]:
-        # In this one the smallest patches have room, which show all there is of plain triangles.
-        least = 1 << int(np.ceil(np.log2(8 * max(len(mesh.faces), 8)) / 2))
+        least = _least_side(mesh)
         skin = skin_of(mesh, origin, max(self.side, least) if origin.paint.varies else least)
         self.images.append({"bufferView": self.glb.add_file(skin.image), "mimeType": "image/jpeg"})
         return {
@@ -124,6 +140,17 @@ class _Builder:
             "side": skin.side,
             "corners": self.glb.add_shorts(skin.corners.reshape(-1, 2)),
         }
+
+    def contrast(self, mesh: Mesh, origin: Origin, theirs: tuple[Mesh, Paint]) -> dict[str, Any]:
+        """Add how different the judged colours are; nothing where they are not known."""
+        side = max(_least_side(mesh), _CONTRAST_SIDE)
+        found = contrast_of(mesh, origin, theirs, side)
+        if found is None:
+            return {}
+        self.images.append({"bufferView": self.glb.add_file(found.image), "mimeType": "image/png"})
+        texels = self.glb.add_shorts(found.corners.reshape(-1, 2))
+        seen = {"image": len(self.images) - 1, "side": side, "corners": texels, "top": found.top}
+        return {"contrast": seen}
 
     def _uv(self, coordinates: Floats) -> dict[str, Any]:
         rows = coordinates.reshape(-1, 2)
@@ -149,7 +176,28 @@ class _Builder:
             if values is not None:
                 attributes[key] = self.glb.add_vectors(values)
         primitive = {"attributes": attributes, "indices": triangles.indices}
-        return {"name": name, "primitives": [primitive], "extras": triangles.extras}
+        return {"name": name, "primitives": [primitive], "extras": dict(triangles.extras)}
+
+
+def _order(mesh: Mesh, partition: Partition | None) -> Ints:
+    """The faces (m,), part after part."""
+    if partition is None:
+        return np.arange(len(mesh.faces))
+    return np.argsort(partition.labels, kind="stable")
+
+
+def _ordered(mesh: Mesh, order: Ints) -> Mesh:
+    return Mesh(mesh.vertices, mesh.faces[order])
+
+
+def _origin(mesh: Mesh, order: Ints, paint: Paint, whole: Mesh) -> Origin:
+    """Where a mesh, its faces in an order, has its colours from."""
+    return Origin(paint, order if len(mesh.faces) == len(whole.faces) else None, whole)
+
+
+def _least_side(mesh: Mesh) -> int:
+    """Of a picture in which the smallest patches have room, which are all that plain faces need."""
+    return 1 << int(np.ceil(np.log2(8 * max(len(mesh.faces), 8)) / 2))
 
 
 def _ranges(partition: Partition) -> list[dict[str, Any]]:

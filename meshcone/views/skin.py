@@ -9,12 +9,14 @@ their sizes, the squares fill the image without a gap along a Z-order curve (Mor
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from meshcone.appearance.comparison import differences_at
 from meshcone.appearance.paint import Paint, Spots, shown
 from meshcone.srgb import to_encoded
 from meshcone.surface import Mesh, SurfaceTree
@@ -55,6 +57,15 @@ class Origin:
     faces: Ints | None
     whole: Mesh
 
+    def spots(self, mesh: Mesh, spots: Floats) -> Spots:
+        """Points of the mesh, a face and barycentric coordinates (k, 4), on the asset's faces."""
+        rows, weights = spots[:, 0].astype(np.int64), spots[:, 1:]
+        if self.faces is not None:
+            return Spots(self.faces[rows], weights)
+        points = np.einsum("kc,kcd->kd", weights, mesh.corners[rows])
+        found = SurfaceTree(self.whole).closest(points)
+        return Spots(found.faces, _barycentric(self.whole.corners[found.faces], found.points))
+
 
 def skin_of(mesh: Mesh, origin: Origin, side: int) -> Skin:
     """Paint a surface.
@@ -64,10 +75,69 @@ def skin_of(mesh: Mesh, origin: Origin, side: int) -> Skin:
         origin: of its colours.
         side: of the picture in texels, a power of two.
     """
-    powers = _powers(mesh.face_areas, side)
-    order = np.argsort(-powers, kind="stable")
+    patches = _patches(mesh.face_areas, side)
+    spots = origin.spots(mesh, np.concatenate([patch.spots() for patch in patches]))
     pixels = np.zeros((side, side, 3), dtype=np.uint8)
-    corners = np.zeros((len(powers), 3, 2), dtype=np.uint16)
+    texels = np.concatenate([patch.texels() for patch in patches])
+    pixels[texels[:, 1], texels[:, 0]] = _encoded(origin.paint.colours([spots])[0])
+    return Skin(_jpeg(pixels), side, _corners(patches, len(mesh.faces)))
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """How different the colours of a surface are from those of another.
+
+    Attributes:
+        image: a PNG file of one channel, whose brightest value stands for ``top``.
+        side: its width and height in texels.
+        corners: (m, 3, 2) the texel, column and row, in whose middle each corner of a face lies.
+        top: the largest CIEDE2000.
+    """
+
+    image: bytes
+    side: int
+    corners: NDArray[np.uint16]
+    top: float
+
+
+def contrast_of(
+    mesh: Mesh, origin: Origin, theirs: tuple[Mesh, Paint], side: int
+) -> Contrast | None:
+    """Compare the colours of a surface with those of another, all over it.
+
+    The smallest triangles have one value each, which is that of their middle.
+
+    Args:
+        mesh: with at most ``side²/8`` faces.
+        origin: of its colours.
+        theirs: the other surface, in the same frame, and its colours.
+        side: of the picture in texels, a power of two.
+
+    Returns:
+        None where some colour is not known.
+    """
+    patches = _patches(mesh.face_areas, side)
+    asked = [patch.middles() if patch.is_smallest else patch.spots() for patch in patches]
+    spots = origin.spots(mesh, np.concatenate(asked))
+    found = differences_at(spots, (origin.whole, origin.paint), theirs)
+    if found is None:
+        return None
+    texels = [patch.texels() for patch in patches]
+    each = [len(all_of) // max(len(some), 1) for all_of, some in zip(texels, asked, strict=True)]
+    values = np.repeat(found, np.repeat(each, [len(some) for some in asked]))
+    top = float(values.max(initial=0))
+    pixels = np.zeros((side, side), dtype=np.uint8)
+    columns, rows = np.concatenate(texels).T
+    pixels[rows, columns] = np.rint(255 * values / top) if top > 0 else 0
+    out = io.BytesIO()
+    Image.fromarray(pixels).save(out, "PNG")
+    return Contrast(out.getvalue(), side, _corners(patches, len(mesh.faces)), top)
+
+
+def _patches(areas: Floats, side: int) -> list[_Patches]:
+    """Room for each face, by its area (m,), in a picture."""
+    powers = _powers(areas, side)
+    order = np.argsort(-powers, kind="stable")
     patches = []
     begin = 0
     for power in np.unique(powers)[::-1]:
@@ -78,11 +148,15 @@ def skin_of(mesh: Mesh, origin: Origin, side: int) -> Skin:
         for half in (0, 1):
             mine = faces[half::2]
             patches.append(_Patches(mine, squares[: len(mine)], edge, upper=half == 1))
-            corners[mine] = patches[-1].corners()
-    texels = np.concatenate([patch.texels() for patch in patches])
-    spots = _spots(mesh, origin, np.concatenate([patch.spots() for patch in patches]))
-    pixels[texels[:, 1], texels[:, 0]] = _encoded(origin.paint.colours([spots])[0])
-    return Skin(_jpeg(pixels), side, corners)
+    return patches
+
+
+def _corners(patches: Sequence[_Patches], count: int) -> NDArray[np.uint16]:
+    """(count, 3, 2) the texels of the corners of all faces."""
+    corners = np.zeros((count, 3, 2), dtype=np.uint16)
+    for patch in patches:
+        corners[patch.faces] = patch.corners()
+    return corners
 
 
 def _powers(areas: Floats, side: int) -> Ints:
@@ -161,21 +235,19 @@ class _Patches:
         texels, _ = self._local()
         return np.asarray((self.squares[:, None] + texels).reshape(-1, 2))
 
+    @property
+    def is_smallest(self) -> bool:
+        return self.edge == 1 << _SMALLEST
+
+    def middles(self) -> Floats:
+        """(k, 4) for each triangle its number and its middle."""
+        return np.column_stack([self.faces, np.full((len(self.faces), 3), 1 / 3)])
+
     def spots(self) -> Floats:
         """(k·t, 4) for each texel its face and barycentric coordinates."""
         _, weights = self._local()
         faces = np.repeat(self.faces, len(weights))
         return np.column_stack([faces, np.tile(weights, (len(self.faces), 1))])
-
-
-def _spots(mesh: Mesh, origin: Origin, spots: Floats) -> Spots:
-    """Points of the mesh, on the faces of the asset."""
-    rows, weights = spots[:, 0].astype(np.int64), spots[:, 1:]
-    if origin.faces is not None:
-        return Spots(origin.faces[rows], weights)
-    points = np.einsum("kc,kcd->kd", weights, mesh.corners[rows])
-    found = SurfaceTree(origin.whole).closest(points)
-    return Spots(found.faces, _barycentric(origin.whole.corners[found.faces], found.points))
 
 
 def _barycentric(corners: Floats, points: Floats) -> Floats:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -30,6 +35,40 @@ def test_a_scan_is_refined_proven_and_drawn(tmp_path: Path) -> None:
     assert said[2] == "verified"
     written = {"torus.obj", "torus.json", "torus.certificate.npz", "torus.png"}
     assert {path.name for path in tmp_path.iterdir()} == written
+
+
+def test_the_cells_of_the_notebook_run_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    cells = json.loads((EXAMPLES / "refine.ipynb").read_text())["cells"]
+    programs = {
+        cell["id"]: "".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"
+    }
+    names: dict[str, Any] = {}
+
+    shown = {name: value_of(program, names) for name, program in programs.items()}
+
+    assert all(cell["outputs"] == [] for cell in cells if cell["cell_type"] == "code")
+    assert "<iframe" in shown["refine"]._repr_html_()
+    assert shown["proof"]
+    titles = [axes.get_title() for axes in shown["draw"].axes]
+    off = {words.partition(":")[0]: float(words.split()[1]) for words in titles}
+    assert off["reference"] < off["refined"] < off["scan"] / 2
+    shown["draw"].savefig("drawn.png")
+    written = {"torus.obj", "torus.json", "torus.certificate.npz", "drawn.png"}
+    assert {path.name for path in tmp_path.iterdir()} == written
+
+
+def value_of(program: str, names: dict[str, Any]) -> Any:
+    """Run a cell among the names of those before it; what its last line is, a notebook shows."""
+    *steps, last = ast.parse(program).body
+    exec(compile(ast.Module(steps, []), "cell", "exec"), names)  # noqa: S102
+    if isinstance(last, ast.Expr):
+        return eval(compile(ast.Expression(last.value), "cell", "eval"), names)  # noqa: S307
+    exec(compile(ast.Module([last], []), "cell", "exec"), names)  # noqa: S102
+    return None
 
 
 def test_new_exports_are_held_against_those_that_were_accepted(tmp_path: Path) -> None:

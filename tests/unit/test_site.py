@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "zensical.toml").read_text())["project"]
+# The site's own build checks links between its pages, and nothing that lies beside them.
+DOCUMENTS = [*ROOT.glob("*.md"), *sorted(ROOT.glob("docs/*.md")), ROOT / "examples" / "README.md"]
+LINK = re.compile(r"\]\(<?([^)\s>]+)")
 KINDS = ["Home", "Tutorials", "How-to", "Explanation", "Reference"]
 
 
@@ -29,6 +35,16 @@ def test_the_site_has_every_page_once() -> None:
 
 def test_the_pages_are_of_four_kinds() -> None:
     assert [name for entry in PROJECT["nav"] for name in entry] == KINDS
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_to_files_of_the_repository_lead_to_one(document: Path) -> None:
+    named = [target.partition("#")[0] for target in LINK.findall(document.read_text())]
+    files = [
+        name for name in named if name and "://" not in name and not name.startswith("mailto:")
+    ]
+
+    assert [name for name in files if not (document.parent / name).exists()] == []
 
 
 def test_the_site_loads_no_font_from_elsewhere() -> None:

@@ -15,7 +15,7 @@ function family(name, asset, sides) {
   const values = Object.keys(asset[sides[0]][name]).filter((value) => isShown(asset[sides[0]][name][value]));
   return h("details", { "data-family": name },
     h("summary", null, words(name)),
-    h("div", { class: "scroll" }, h("table", { class: "metrics" },
+    h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": words(name) }, h("table", { class: "metrics" },
       h("thead", null, h("tr", null, h("th", { scope: "col" }, "Value"), sides.map((side) => h("th", { scope: "col", class: "number" }, words(side))))),
       h("tbody", null, values.map((value) => h("tr", null,
         h("th", { scope: "row", title: `asset.${name}.${value}` }, words(value)),

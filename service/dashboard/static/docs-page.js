@@ -20,6 +20,13 @@ function load(element) {
   });
 }
 
+/** Names and focus that Swagger UI's own elements lack for those who hear the page or use its keys. */
+function lend() {
+  for (const area of document.querySelectorAll("textarea:not([aria-label])")) area.setAttribute("aria-label", "Request body");
+  for (const example of document.querySelectorAll("#swagger pre:not([tabindex])")) example.tabIndex = 0;
+  for (const close of document.querySelectorAll(".close-modal:not([aria-label])")) close.setAttribute("aria-label", "Close");
+}
+
 followTheme();
 addEventListener("themechange", followTheme);
 prefersDark.addEventListener("change", followTheme);
@@ -29,6 +36,7 @@ try {
     load(h("link", { rel: "stylesheet", href: urls["swagger-ui.css"] })),
     load(h("script", { src: urls["swagger-ui.js"] })),
   ]);
+  new MutationObserver(lend).observe(byId("swagger"), { childList: true, subtree: true });
   globalThis.SwaggerUIBundle({
     url: "/openapi.json",
     domNode: byId("swagger"),

@@ -1,6 +1,6 @@
 // One surface as three.js draws it: its shape, its colours, its edges.
 
-import { checker, cornersOf } from "meshcone/corners";
+import { checker, cornersOf, inColours } from "meshcone/corners";
 import { scaleBytes } from "meshcone/palette";
 import { surfaceMaterial } from "meshcone/surface-material";
 
@@ -31,15 +31,20 @@ export class Drawn {
     this.isolate(this.part ?? null);
   }
 
-  /** Colour by values, by an image at the corners ("skin" or "uv"), or plainly, as far as there are any. */
+  /**
+   * Colour by values, by an image at the corners ("skin", "uv", or "contrast" between colours), or
+   * plainly, as far as there are any. A surface without a contrast shows the colours that it has.
+   */
   colour(name, scale) {
     this.map?.dispose();
     this.map = null;
     if (this.mesh.geometry !== this.shared) this.mesh.geometry.dispose();
     this.mesh.geometry = this.shared;
-    const found = this.surface[name] ?? null;
-    if (found && scale) this.#values(found, scale);
-    else if (found) this.#image(name, found);
+    const { skin, uv, contrast, [name]: found } = this.surface;
+    if (name === "uv" && uv) this.#image(uv, checker(), { repeats: true });
+    else if (name === "contrast" && contrast) this.#image(contrast, inColours(contrast, scale), { blends: false });
+    else if (["skin", "contrast"].includes(name)) skin && this.#image(skin, skin.bitmap);
+    else if (found && scale) this.#values(found, scale);
     this.material.uniforms.map.value = this.map;
     this.material.uniforms.mapped.value = this.map !== null;
     this.isolate(this.part);
@@ -60,20 +65,23 @@ export class Drawn {
   }
 
   /** An image has its place at each corner of each triangle, not at a vertex. */
-  #image(name, found) {
-    const { BufferAttribute, BufferGeometry, CanvasTexture, LinearFilter, RepeatWrapping } = this.THREE;
+  #image(places, picture, { repeats = false, blends = true } = {}) {
+    const { BufferAttribute, BufferGeometry, CanvasTexture, LinearFilter, NearestFilter, RepeatWrapping } = this.THREE;
     const { position, index } = this.surface;
     const positions = new Float32Array(3 * index.length);
     for (let corner = 0; corner < index.length; corner += 1) for (let axis = 0; axis < 3; axis += 1) positions[3 * corner + axis] = position[3 * index[corner] + axis];
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(positions, 3));
-    geometry.setAttribute("uv", new BufferAttribute(cornersOf(found), 2));
+    geometry.setAttribute("uv", new BufferAttribute(cornersOf(places), 2));
     this.mesh.geometry = geometry;
-    const map = new CanvasTexture(found.bitmap ?? checker());
+    const map = new CanvasTexture(picture);
     map.flipY = false;
-    if (name === "uv") map.wrapS = map.wrapT = RepeatWrapping;
-    else map.generateMipmaps = false;
-    map.minFilter = name === "uv" ? map.minFilter : LinearFilter;
+    if (repeats) map.wrapS = map.wrapT = RepeatWrapping;
+    else {
+      map.generateMipmaps = false;
+      map.minFilter = blends ? LinearFilter : NearestFilter;
+      map.magFilter = map.minFilter;
+    }
     this.map = map;
   }
 

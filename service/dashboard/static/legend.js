@@ -1,16 +1,20 @@
 // What the colours mean: a histogram over the scale that they are taken from, with the threshold.
 
+import { spread } from "meshcone/corners";
 import { h, svg } from "meshcone/dom";
 import { number } from "meshcone/format";
 import { colourOf, cssColour } from "meshcone/palette";
-import { areas, quantile } from "meshcone/scene-file";
+import { areas, faceAreas, quantile } from "meshcone/scene-file";
 
 const SHOWN = 0.99;  // share of the vertices within a scale: one spike is not to pale all others
 const BINS = 60;
 const HEIGHT = 34;
 const TICKS = [0, 0.25, 0.5, 0.75, 1];
 
-const TITLES = { deviation: "Deviation", signed: "Inside − · + outside", tension: "Cone tension" };
+const TITLES = { contrast: "Colour difference", deviation: "Deviation", signed: "Inside − · + outside", tension: "Cone tension" };
+
+const NO_LENGTHS = { tension: "objective per unit of length", contrast: "CIEDE2000; from about 1 on it can be seen" };
+const LEAST_CONTRAST = 2;  // a scale that ends below it would show what nobody sees
 
 export class Legend {
   /** @param {number} radius model units for one unit of the frame  @param {string} unit of the model  @param {Function} onChange told of a new scale */
@@ -20,16 +24,18 @@ export class Legend {
   }
 
   /** Learn what the scales can be taken from. */
-  take(preview, threshold) {
+  take(preview, thresholds) {
     const { input, refined } = preview.surfaces;
     const tops = [["input", "99 % of source", quantile(input.deviation, SHOWN)]];
     if (refined) tops.push(["refined", "99 % of refined", quantile(refined.deviation, SHOWN)]);
     tops.push(["largest", "the largest", Math.max(quantile(input.deviation, 1), refined ? quantile(refined.deviation, 1) : 0)]);
     this.tops = tops.map(([name, text, top]) => ({ name, text, top: top > 0 ? top : 1e-9 }));
     this.chosen = this.tops[0];
-    this.threshold = threshold;
+    this.threshold = thresholds.deviation;
+    this.contrastThreshold = thresholds.contrast;
     this.judged = refined ?? input;
     this.weights = areas(this.judged);
+    if (this.judged.contrast) this.contrast = spread(this.judged.contrast);
     this.name = refined ? "refined mesh" : "source";
   }
 
@@ -52,8 +58,8 @@ export class Legend {
 
   /** How values are written, and in what unit. */
   #told() {
-    const isLength = this.colour !== "tension";
-    return { isLength, told: (value) => number(isLength ? value * this.radius : value), words: isLength ? this.unit : "objective per unit of length" };
+    const isLength = !(this.colour in NO_LENGTHS);
+    return { isLength, told: (value) => number(isLength ? value * this.radius : value), words: NO_LENGTHS[this.colour] ?? this.unit };
   }
 
   #scaleOf(colour) {
@@ -61,6 +67,7 @@ export class Legend {
     const top = Math.max(this.chosen.top, this.threshold === null ? 0 : this.threshold * 1.25);
     if (colour === "deviation") return { low: 0, top, threshold: this.threshold };
     if (colour === "signed") return { low: -top, top, threshold: null };
+    if (colour === "contrast") return { low: 0, top: Math.max(quantile(this.contrast.values, SHOWN), 1.25 * (this.contrastThreshold ?? 0), LEAST_CONTRAST), threshold: this.contrastThreshold };
     if (colour === "tension") return { low: 0, top: quantile(this.judged.tension, 1) || 1, threshold: null };
     return null;
   }
@@ -78,7 +85,7 @@ export class Legend {
   /** Shares of the area as bars in the colours of their values: legend and histogram in one. */
   #plot(scale, told, words) {
     const { low, top, threshold } = scale;
-    const shares = histogram(this.judged[this.colour], this.weights, scale);
+    const shares = this.colour === "contrast" ? histogram(this.contrast.values, this.#contrastWeights(), scale) : histogram(this.judged[this.colour], this.weights, scale);
     const most = Math.max(...shares, 1e-12);
     const bars = shares.map((share, bin) => {
       // Most of the area is near: a root keeps the rest in sight.
@@ -92,6 +99,13 @@ export class Legend {
       svg("svg", { viewBox: `0 0 ${BINS} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", "aria-label": label }, bars),
       TICKS.map((share) => h("span", { class: `tick${share === 0 ? " first" : share === 1 ? " last" : ""}${share % 0.5 ? " minor" : ""}`, style: { left: `${100 * share}%` } }, told(low + share * (top - low)))),
       mark !== null && h("span", { class: mark > 0.6 ? "mark flip" : "mark", "data-testid": "threshold", style: { left: `${100 * mark}%` } }, `threshold ${told(threshold)}`));
+  }
+
+  /** A share of its triangle's area for each value of the contrast. */
+  #contrastWeights() {
+    const { each, values } = this.contrast;
+    const faces = faceAreas(this.judged);
+    return Float64Array.from(values, (_, index) => faces[Math.floor(index / each)] / each);
   }
 
   #tops() {

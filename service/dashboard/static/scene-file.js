@@ -19,7 +19,7 @@ function parse(buffer) {
     const { byteOffset = 0, byteLength } = document.bufferViews[bufferView];
     return new Blob([new Uint8Array(buffer, binary + byteOffset, byteLength)], { type: mimeType });
   };
-  const meshes = document.meshes.map(({ name, primitives: [{ attributes, indices }], extras: { parts = [], skin, uv } = {} }) => ({
+  const meshes = document.meshes.map(({ name, primitives: [{ attributes, indices }], extras: { parts = [], skin, uv, contrast } = {} }) => ({
     name,
     position: accessor(attributes.POSITION),
     index: accessor(indices),
@@ -29,6 +29,7 @@ function parse(buffer) {
     parts,
     skin: skin && { image: image(skin.image), side: skin.side, corners: accessor(skin.corners) },
     uv: uv && { ...uv, corners: accessor(uv.corners) },
+    contrast: contrast && { ...contrast, image: image(contrast.image), corners: accessor(contrast.corners) },
   }));
   return { meshes, extras: document.asset.extras };
 }
@@ -56,18 +57,24 @@ export function quantile(values, share) {
   return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
 }
 
-/** A third of the area of its triangles for each vertex, (n,). */
-export function areas({ position, index }) {
-  const shares = new Float64Array(position.length / 3);
+/** The area of each triangle, (m,). */
+export function faceAreas({ position, index }) {
+  const found = new Float64Array(index.length / 3);
   for (let corner = 0; corner < index.length; corner += 3) {
     const [a, b, c] = [index[corner], index[corner + 1], index[corner + 2]];
     const edge = (from, to) => [0, 1, 2].map((axis) => position[3 * to + axis] - position[3 * from + axis]);
     const [ux, uy, uz] = edge(a, b);
     const [vx, vy, vz] = edge(a, c);
-    const third = Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 6;
-    shares[a] += third;
-    shares[b] += third;
-    shares[c] += third;
+    found[corner / 3] = Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 2;
+  }
+  return found;
+}
+
+/** A third of the area of its triangles for each vertex, (n,). */
+export function areas(surface) {
+  const shares = new Float64Array(surface.position.length / 3);
+  for (const [triangle, area] of faceAreas(surface).entries()) {
+    for (let corner = 0; corner < 3; corner += 1) shares[surface.index[3 * triangle + corner]] += area / 3;
   }
   return shares;
 }

@@ -109,6 +109,12 @@ def difference(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(np.abs(one[:height, :width] - other[:height, :width]).mean())
 
 
+def warm(image: NDArray[np.float64]) -> float:
+    """Share of the pixels in the warm colours: beyond a threshold, or worse than before."""
+    red, _, blue = np.moveaxis(image, 2, 0)
+    return float((red > blue + 40).mean())
+
+
 def settle(page: Page) -> None:
     """Wait until what was asked for has been drawn: two frames of the browser."""
     page.evaluate(

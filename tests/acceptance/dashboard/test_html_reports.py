@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
-from tests.acceptance.dashboard.browsing import difference, open_tab, pixels, watched_page
+from tests.acceptance.dashboard.browsing import difference, open_tab, pixels, warm, watched_page
 from tests.commands import meshcone
 from tests.painted import encoded, painted, picture
 from tests.truck import truck_obj
@@ -73,6 +73,13 @@ def test_coloured_assets_are_pictured_from_six_sides(tmp_path: Path, offline: Pa
     offline.wait_for_url(re.compile("colour=uv"))
     assert difference(white, globe) > 10
     assert difference(globe, np.array_split(pixels(view), 2, axis=1)[1]) > 10
+    offline.get_by_role("button", name="Colour difference").click()
+    scale = offline.get_by_test_id("scale")
+    expect(scale).to_be_visible()
+    expect(offline.get_by_test_id("threshold")).to_have_text("threshold 10")
+    beyond, shown = np.array_split(pixels(view), 2, axis=1)
+    assert warm(beyond) > 0.2  # most of a white globe is farther from its colours than is allowed
+    assert difference(shown, globe) < 1  # the reference keeps its own
     image = offline.get_by_test_id("pictures")
     expect(image).to_have_js_property("naturalWidth", 1044)
     expect(offline.locator('[data-metric="appearance.color_difference.p95"]')).to_contain_text(

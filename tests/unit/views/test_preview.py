@@ -77,7 +77,7 @@ def test_tension_is_where_cones_are_active(refinement: Refinement) -> None:
 
 
 def test_simplified_meshes_keep_shape_and_common_faces(refinement: Refinement) -> None:
-    light = simplified(refinement.scene, 2_000)
+    light = simplified(refinement.scene, 2_000).scene
 
     assert light.refined is not None
     assert len(light.refined.mesh.faces) <= 2_000
@@ -87,7 +87,7 @@ def test_simplified_meshes_keep_shape_and_common_faces(refinement: Refinement) -
 
 def test_simplifying_lets_no_deviation_disappear(refinement: Refinement) -> None:
     scene = refinement.scene
-    light = simplified(scene, 2_000)
+    light = simplified(scene, 2_000).scene
 
     assert light.input.deviation.max() == scene.input.deviation.max()
     assert light.tension is not None
@@ -103,7 +103,7 @@ def test_a_preview_is_a_glb_that_readers_understand(refinement: Refinement) -> N
 
 
 def test_a_small_mesh_is_shown_as_it_is(refinement: Refinement) -> None:
-    assert simplified(refinement.scene, 100_000).input is refinement.scene.input
+    assert simplified(refinement.scene, 100_000).scene.input is refinement.scene.input
 
 
 def test_a_measurement_has_no_refined_mesh_to_show() -> None:
@@ -158,7 +158,7 @@ def test_parts_of_a_simplified_surface_stay_apart() -> None:
     ball = MeshFile("ball.obj", shapes.obj(vertices, faces))
     scene = replace(measurement(ball, ball, Options()).scene, parts=(halves, halves))
 
-    light = simplified(scene, 2_000)
+    light = simplified(scene, 2_000).scene
 
     assert light.parts is not None
     centres = light.input.mesh.corners.mean(axis=1)[:, 2]
@@ -201,3 +201,82 @@ def test_there_is_room_for_the_colours_of_as_many_triangles_as_a_preview_has() -
     assert len(corners) == 3 * len(scene.input.mesh.faces)
     assert 8 * len(scene.input.mesh.faces) <= skin["side"] ** 2
     assert corners.max() < skin["side"]
+
+
+def test_a_simplified_surface_keeps_its_texture_in_place_and_its_seam_closed() -> None:
+    file = MeshFile("globe.gltf", painted(encoded(picture()), globe(96, 48)))
+    scene = measurement(file, file, Options()).scene
+
+    preview = preview_glb(scene, 3_000)
+
+    surface = surface_of(preview, "reference")
+    document, binary = read_glb(preview)
+    uv = next(m for m in document["meshes"] if m["name"] == "reference")["extras"]["uv"]
+    low, high = np.array(uv["low"]), np.array(uv["high"])
+    written = low + accessor(document, binary, uv["corners"]) / 65535 * (high - low)
+    triangles = written.reshape(-1, 3, 2)
+    assert 1_000 < len(triangles) <= 3_000
+    points = surface["POSITION"][surface["indices"]]
+    x, y, z = points.T / np.linalg.norm(points, axis=1)
+    # A triangle over the seam would reach from one end of the texture to the other.
+    belt = (np.abs(y.reshape(-1, 3)) < 0.8).all(axis=1)
+    assert np.ptp(triangles[belt, :, 0], axis=1).max() < 0.3
+    south = np.arccos(np.clip(y, -1, 1)) / np.pi
+    assert np.abs(written[:, 1] - south).max() < 0.03
+    away = np.abs(y) < 0.9  # towards the poles, east and west come together
+    east = np.arctan2(-z, x) / (2 * np.pi)
+    turned = (written[:, 0] - east + 0.5) % 1 - 0.5
+    assert np.abs(turned[away]).max() < 0.03
+
+
+def contrast_in(preview: bytes, name: str) -> tuple[NDArray[Any], dict[str, Any]] | None:
+    """CIEDE2000 at the corners of the triangles of a mesh, and what the file says of them."""
+    document, binary = read_glb(preview)
+    extras = next(mesh for mesh in document["meshes"] if mesh["name"] == name)["extras"]
+    if "contrast" not in extras:
+        return None
+    said = extras["contrast"]
+    view = document["bufferViews"][document["images"][said["image"]]["bufferView"]]
+    image = Image.open(io.BytesIO(binary[view["byteOffset"] :][: view["byteLength"]]))
+    columns, rows = accessor(document, binary, said["corners"]).T
+    return np.asarray(image)[rows, columns] * (said["top"] / 255), said
+
+
+@pytest.mark.parametrize("most", [100_000, 500])
+def test_a_recoloured_half_differs_and_the_other_does_not(most: int) -> None:
+    image = picture()
+    changed = image.copy()
+    changed[:, : image.shape[1] // 2] = 255 - image[:, : image.shape[1] // 2]
+    files = [
+        MeshFile("globe.gltf", painted(encoded(each), globe(64, 32))) for each in (changed, image)
+    ]
+    done = measurement(*files, parse_options({"mode": "measure"}))
+
+    preview = preview_glb(done.scene, most)
+
+    found = contrast_in(preview, "input")
+    assert found is not None
+    values, said = found
+    assert contrast_in(preview, "reference") is None
+    surface = surface_of(preview, "input")
+    centres = surface["POSITION"][surface["indices"]].reshape(-1, 3, 3).mean(axis=1)
+    by_face = values.reshape(-1, 3).mean(axis=1)
+    east = np.arctan2(-centres[:, 2], centres[:, 0])
+    recoloured, same = east > 0.6, east < -0.6
+    near = (np.abs(east) < 2.5) & (np.abs(centres[:, 1]) < 0.8)
+    assert by_face[recoloured & near].min() > 5
+    assert by_face[same & near].max() < 2
+    appearance = done.report.appearance
+    assert appearance is not None
+    assert not isinstance(appearance.color_difference, str)
+    assert said["top"] == pytest.approx(appearance.color_difference.max, rel=0.25)
+
+
+def test_colours_that_only_the_source_has_are_compared_with_nothing() -> None:
+    vertices, faces = shapes.sphere(2)
+    coloured = MeshFile("globe.gltf", painted(encoded(picture())))
+    plain = MeshFile("ball.obj", shapes.obj(vertices, faces))
+
+    scene = measurement(coloured, plain, Options()).scene
+
+    assert contrast_in(preview_glb(scene), "input") is None
