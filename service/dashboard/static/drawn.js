@@ -1,11 +1,13 @@
 // One surface as three.js draws it: its shape, its colours, its edges.
 
+import { coarser } from "meshcone/coarse";
 import { checker, cornersOf, inColours } from "meshcone/corners";
 import { scaleBytes } from "meshcone/palette";
 import { surfaceMaterial } from "meshcone/surface-material";
 
 const SHAPE = 0xb9c4c8;
 const OVERLAID = 0x0b8896;
+const MOVING = 12000;  // triangles, about, while it moves where drawing is slow
 
 export class Drawn {
   constructor(THREE, surface) {
@@ -20,6 +22,8 @@ export class Drawn {
   replace(surface) {
     const { BufferAttribute, BufferGeometry, Mesh } = this.THREE;
     this.surface = surface;
+    this.fewer = null;
+    this.#forget();
     this.mesh?.geometry.dispose();
     this.shared = new BufferGeometry();
     this.shared.setAttribute("position", new BufferAttribute(surface.position, 3));
@@ -36,6 +40,7 @@ export class Drawn {
    * plainly, as far as there are any. A surface without a contrast shows the colours that it has.
    */
   colour(name, scale) {
+    this.#forget();
     this.map?.dispose();
     this.map = null;
     if (this.mesh.geometry !== this.shared) this.mesh.geometry.dispose();
@@ -85,6 +90,38 @@ export class Drawn {
     this.map = map;
   }
 
+  /** Draw fewer triangles for a moment, unless there are few, one part alone, or edges to be seen. */
+  hurry(hurried) {
+    const fits = hurried && this.part === null && !this.wire.visible && this.surface.index.length > 6 * MOVING;
+    if (fits && !this.rough) {
+      this.rough = this.#roughly();
+      this.scene.add(this.rough);
+    }
+    if (this.rough) this.rough.visible = fits;
+    this.mesh.visible = !fits;
+  }
+
+  /** Triangles between the corners of some of the surface's, each with the colours of the one that it was. */
+  #roughly() {
+    const { BufferAttribute, BufferGeometry, Mesh } = this.THREE;
+    this.fewer ??= coarser(this.surface, MOVING);
+    const { faces, corners } = this.fewer;
+    const rows = (values, width, numbers) => Float32Array.from({ length: width * numbers.length }, (_, at) => values[width * numbers[Math.floor(at / width)] + (at % width)]);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(rows(this.surface.position, 3, corners), 3));
+    const { uv } = this.mesh.geometry.attributes;
+    const own = this.mesh.geometry !== this.shared;
+    if (uv) geometry.setAttribute("uv", new BufferAttribute(rows(uv.array, 2, own ? Uint32Array.from(corners, (_, corner) => 3 * faces[Math.floor(corner / 3)] + (corner % 3)) : corners), 2));
+    return new Mesh(geometry, this.mesh.material);
+  }
+
+  /** The fewer triangles have other colours now, or another shape. */
+  #forget() {
+    this.rough?.removeFromParent();
+    this.rough?.geometry.dispose();
+    this.rough = null;
+  }
+
   /** Draw one part alone, which may be nothing here; or, for null, all. */
   isolate(name) {
     this.part = name;
@@ -105,5 +142,6 @@ export class Drawn {
   /** Draw it over what is there already, so that both can be seen. */
   veiled(veiled) {
     this.mesh.material = veiled ? this.veil : this.material;
+    if (this.rough) this.rough.material = this.mesh.material;
   }
 }

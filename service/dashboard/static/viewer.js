@@ -6,6 +6,7 @@ import { paneAt, panesOf } from "meshcone/panes";
 
 const LINE = 0xff2d95;
 const BLINK = 700;  // milliseconds for each of the two
+const SLOW = 45;  // milliseconds for a picture: above, fewer triangles are drawn while the meshes move
 const REST = 120;  // milliseconds without a change, after which the picture is drawn smoothly
 
 export class Viewer {
@@ -126,9 +127,16 @@ export class Viewer {
       this.waiting = false;
       const goesOn = this.orbit.advance(now);
       this.draw(1);
+      requestAnimationFrame((next) => this.#time(next - now));
       if (goesOn) this.redraw();
       else this.resting = setTimeout(() => { this.draw(2); this.canvas.dataset.rest = "true"; }, REST);
     });
+  }
+
+  /** Two pictures in a row that took long make the next ones, while the meshes move, coarser. */
+  #time(took) {
+    this.late = took > SLOW ? (this.late ?? 0) + 1 : 0;
+    this.hurried ||= this.late > 1;
   }
 
   /**
@@ -154,6 +162,7 @@ export class Viewer {
       this.renderer.clear();
       for (const [layer, name] of names.entries()) {
         const drawn = this.drawn[name];
+        drawn.hurry(this.hurried === true && finer === 1);
         drawn.veiled(layer > 0);
         this.renderer.render(drawn.scene, camera);
       }

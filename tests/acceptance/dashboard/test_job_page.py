@@ -98,6 +98,33 @@ def test_the_slider_wipes_from_input_to_refined(job_page: Page) -> None:
     assert difference(whole_input, pixels(canvas)) > DRAWN
 
 
+def test_fewer_triangles_stand_for_a_surface_in_its_place(job_page: Page) -> None:
+    side, most = 200, 2_000
+    u, v = np.meshgrid(np.arange(side + 1), np.arange(side + 1), indexing="ij")
+    points = np.stack([u / side, v / side, 0.1 * np.sin(u / 20)], axis=-1).reshape(-1, 3)
+    number = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    index = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+
+    fewer = job_page.evaluate(
+        "([position, index, most]) => import('meshcone/coarse').then(({ coarser }) => {"
+        " const { faces, corners } = coarser({ position, index }, most);"
+        " return { faces: [...faces], corners: [...corners] }; })",
+        [points.ravel().tolist(), index.ravel().tolist(), most],
+    )
+
+    faces, corners = np.array(fewer["faces"]), np.array(fewer["corners"]).reshape(-1, 3)
+    assert most / 2 < len(faces) == len(corners) < 1.5 * most
+    moved = np.linalg.norm(points[corners] - points[index[faces]], axis=-1)
+    one, two, three = points[index].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(two - one, three - one), axis=1)
+    cell = np.sqrt(3 * area.sum() / 2 / most)
+    assert moved.max() <= np.sqrt(3) * cell
+    flat = points[corners] * [1, 1, 0]
+    drawn = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])[:, 2]
+    assert 0.5 * np.abs(drawn).sum() > 0.9  # of the square that the surface stands over
+
+
 def test_the_keyboard_turns_all_meshes_together(job_page: Page) -> None:
     canvas = job_page.locator(".view canvas")
     before = np.array_split(pixels(canvas), 3, axis=1)
