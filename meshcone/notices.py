@@ -44,7 +44,7 @@ class Code(StrEnum):
     )
     UNITS_OTHER = (
         "units.other",
-        "source and reference differ in size by a factor of 5 or more that is none of these",
+        "source and reference differ in size by another factor, of 5 or more",
     )
     POSE_SCALED = "pose.scaled", "the source is the reference's shape in another size"
     POSE_MIRRORED = "pose.mirrored", "the source is the reference's shape mirrored"
@@ -76,11 +76,11 @@ class Code(StrEnum):
     PIECES_EXTRA = "pieces.extra", "a part of the source that the reference lacks"
     PIECES_DISPLACED = (
         "pieces.displaced",
-        "a part that is elsewhere than the part of that name in the reference, or of another shape",
+        "a part in another place, or of another shape, than the reference's part of that name",
     )
     MATERIALS_UNDEFINED = (
         "materials.undefined",
-        "materials that faces name and no library that was sent defines",
+        "materials that faces name, but that no library that was sent defines",
     )
     MATERIALS_LIBRARY_MISSING = (
         "materials.library_missing",
@@ -94,7 +94,7 @@ class Code(StrEnum):
     PIECES_COUNT = "pieces.count", "source and reference are in different numbers of pieces"
 
     EDGES_NON_MANIFOLD = "edges.non_manifold", "edges where more than two faces meet"
-    EDGES_OPPOSED = "edges.opposed", "edges between faces that turn their outsides apart"
+    EDGES_OPPOSED = "edges.opposed", "edges whose two faces are turned in opposite directions"
     FACES_DUPLICATE = "faces.duplicate", "faces with the same corners as another"
     FACES_CROSSING = "faces.crossing", "pairs of faces that pass through each other"
     FACES_DEGENERATE = "faces.degenerate", "faces without area"
@@ -134,14 +134,14 @@ class Code(StrEnum):
         "primitives.empty",
         "primitives without vertices or with too few indices, which draw nothing",
     )
-    INDICES_LEFT_OVER = "indices.left_over", "indices left over that make no whole triangle"
+    INDICES_LEFT_OVER = "indices.left_over", "indices at the end that make no whole triangle"
     ACCESSORS_COUNT = (
         "accessors.count",
-        "accessors that declare another count than the Draco data hold, which is what counts",
+        "accessors whose count differs from that of the Draco data; the data decide",
     )
     EXTENSIONS_UNKNOWN = (
         "extensions.unknown",
-        "the file requires an extension that is not known; it is read as if that moved no vertex",
+        "the file requires an unknown extension; it is read as if that moved no vertex",
     )
     SCENE_RELATIVE = "scene.relative", "the scene is read where CESIUM_RTC puts it"
     SKIN_BIND_POSE = "skin.bind_pose", "skinned meshes, which are read in their bind pose"
@@ -152,10 +152,10 @@ class Code(StrEnum):
 
     WRITING_DRACO = "writing.draco", "writing changes what is compressed with Draco"
     WRITING_MESHOPT = "writing.meshopt", "writing changes what is compressed with meshopt"
-    WRITING_SPLIT = "writing.split", "writing gives what several nodes or meshes share to each"
+    WRITING_SPLIT = "writing.split", "writing copies data that several nodes or meshes share"
     WRITING_TOGETHER = (
         "writing.together",
-        "writing moves once what several nodes share, for all of them agree",
+        "writing moves shared data once, because all nodes that share them agree",
     )
     WRITING_SELECTED = "writing.selected", "a selection leaves a part of the source as it is"
     WRITING_WEIGHTS = (

@@ -26,7 +26,8 @@ _ROWS_SHOWN = 20  # of what changed
 def command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The asset.", show_default=False)],
     reference: Annotated[
-        Path | None, typer.Option(help="The asset it should be like.", show_default=False)
+        Path | None,
+        typer.Option(help="The reference: the asset that it should match.", show_default=False),
     ] = None,
     gates: Gates = None,
     profile: Profile = None,

@@ -28,7 +28,7 @@ _CERTIFICATE = certificate_path(Path(_REPORT)).name
 
 
 def command(
-    out: Annotated[Path, typer.Option(help="Directory for the files it leaves.")] = Path(
+    out: Annotated[Path, typer.Option(help="Directory for the files that the demo writes.")] = Path(
         "meshcone-demo"
     ),
 ) -> None:

@@ -60,7 +60,7 @@ def command(
         ),
     ] = None,
     refine: Annotated[
-        bool, typer.Option("--refine", help="Gate what refining the source leads to.")
+        bool, typer.Option("--refine", help="Refine each source, and gate the result.")
     ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="JSON to write.", show_default=False)
@@ -73,7 +73,9 @@ def command(
     ] = None,
     html_file: Annotated[
         Path | None,
-        typer.Option("--html", help="Page to write that shows it all.", show_default=False),
+        typer.Option(
+            "--html", help="HTML page to write, which shows every asset.", show_default=False
+        ),
     ] = None,
     markdown_file: Annotated[
         Path | None,

@@ -26,7 +26,9 @@ Limit = Annotated[int | None, typer.Option(min=0, help="0 for any number.", show
 
 @commands.command("create")
 def create(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose it is, or what for.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Name of the key: whose it is, or what it is for.")
+    ],
     scopes: Annotated[
         str, typer.Option(help="What it may do: submit, read, delete, admin; separated by commas.")
     ] = "submit,read",

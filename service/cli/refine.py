@@ -31,7 +31,7 @@ def command(
     html: Annotated[
         Path | None,
         typer.Option(
-            help="Page to write that shows it all, meshes and proof, in one file.",
+            help="HTML page to write, with meshes and proof in one file.",
             show_default=False,
         ),
     ] = None,

@@ -40,7 +40,7 @@ def command(
         str | None,
         typer.Argument(
             metavar="REFERENCE",
-            help="The mesh it should have been, likewise; only the mode audit can do without.",
+            help="The reference, named the same way; only the mode audit needs none.",
             show_default=False,
         ),
     ] = None,
