@@ -27,6 +27,13 @@ FINE = shapes.sphere(5)
 CAPPED = Options.model_validate(
     {"effort": "fast", "cones": {"max_displacement": {"relative": 0.005}}}
 )
+QUICK = parse_options(
+    {
+        "mode": "measure",
+        "quality": {"emd_samples": 16, "curvature_samples": 16},
+        "deviation": {"prove": False},
+    }
+)
 
 
 def read_glb(glb: bytes) -> tuple[dict[str, Any], bytes]:
@@ -205,7 +212,7 @@ def test_there_is_room_for_the_colours_of_as_many_triangles_as_a_preview_has() -
 
 def test_a_simplified_surface_keeps_its_texture_in_place_and_its_seam_closed() -> None:
     file = MeshFile("globe.gltf", painted(encoded(picture()), globe(96, 48)))
-    scene = measurement(file, file, Options()).scene
+    scene = measurement(file, file, QUICK).scene
 
     preview = preview_glb(scene, 3_000)
 
@@ -250,7 +257,7 @@ def test_a_recoloured_half_differs_and_the_other_does_not(most: int) -> None:
     files = [
         MeshFile("globe.gltf", painted(encoded(each), globe(64, 32))) for each in (changed, image)
     ]
-    done = measurement(*files, parse_options({"mode": "measure"}))
+    done = measurement(*files, QUICK)
 
     preview = preview_glb(done.scene, most)
 
@@ -277,6 +284,6 @@ def test_colours_that_only_the_source_has_are_compared_with_nothing() -> None:
     coloured = MeshFile("globe.gltf", painted(encoded(picture())))
     plain = MeshFile("ball.obj", shapes.obj(vertices, faces))
 
-    scene = measurement(coloured, plain, Options()).scene
+    scene = measurement(coloured, plain, QUICK).scene
 
     assert contrast_in(preview_glb(scene), "input") is None
