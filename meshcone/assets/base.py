@@ -334,8 +334,8 @@ class Asset(abc.ABC):
             InputError: it cannot.
         """
         raise InputError(
-            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ, GLB or "
-            "glTF file",
+            f"faces of {self.format.upper()} files are not divided: detail needs an OBJ, GLB, "
+            "glTF, PLY, STL or OFF file",
             file=self.name,
         )
 
