@@ -189,3 +189,12 @@ def test_less_distance_is_enough_where_a_part_alone_has_lost_its_name(
     samples = two_points_each([distance, 0.0, 0.0], [1.0, 1.0, 1.0])
 
     assert samples.absent(names).tolist() == [absent, False, False]
+
+
+@pytest.mark.parametrize(("distance", "absent"), [(0.28, False), (0.35, True)])
+def test_a_part_is_absent_that_is_three_times_as_far_away_as_is_usual(
+    distance: float, absent: bool
+) -> None:
+    samples = two_points_each([distance, 0.1, 0.1], [1.0, 1.0, 1.0])
+
+    assert samples.absent({"a", "b", "c"}).tolist() == [absent, False, False]
