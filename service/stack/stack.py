@@ -22,7 +22,7 @@ from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.queue import JobQueue
 from worker.settings import WorkerSettings
 
-READY_TIMEOUT = 60.0  # seconds; a worker imports the solver first, 2.5 s on an idle machine
+READY_TIMEOUT = 180.0  # seconds; a worker imports the solver first, 2.5 s on an idle machine
 API_STOP_TIMEOUT = 15.0  # seconds
 WORKER_STOP_TIMEOUT = 10.0  # seconds for the job in hand; a longer one is handed back
 HAND_BACK_TIMEOUT = 5.0  # seconds to do that
