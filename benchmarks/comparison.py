@@ -24,6 +24,8 @@ class Row:
         vertices, faces: of the degraded mesh.
         before, after, reference_aspect_ratio: measures; ``after`` is None without a result.
         flipped: faces the method turned against the reference.
+        crossings: pairs of faces that pass through each other and did not before; None where
+            there are too many to test.
         harm: in what the result is worse than the input, by the rule the engine itself follows.
         seconds: the method alone.
         trouble: why there is no result.
@@ -39,6 +41,7 @@ class Row:
     reference_aspect_ratio: float
     after: Measures | None = None
     flipped: int = 0
+    crossings: int | None = 0
     harm: tuple[str, ...] = ()
     seconds: float = 0.0
     trouble: str = ""
@@ -50,6 +53,11 @@ class Row:
         if self.after is None:
             return np.nan
         return self.after.point_to_surface / max(self.before.point_to_surface, 1e-300)
+
+    @property
+    def returned(self) -> bool:
+        """Whether the result is the input."""
+        return self.after == self.before
 
     @property
     def aspect_change(self) -> float:
@@ -109,6 +117,7 @@ def run_method(method: Method, pair: Pair, yardstick: Yardstick, blank: Row) -> 
         blank,
         after=yardstick.measure(after),
         flipped=yardstick.flipped(pair.source, after),
+        crossings=yardstick.crossings(pair.source, after),
         harm=yardstick.harm(pair.source, after),
         seconds=seconds,
     )

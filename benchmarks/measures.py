@@ -9,6 +9,7 @@ from flips import FacingReference, flipped_faces
 
 from meshcone.options import Options
 from meshcone.quality.harm import HarmCheck
+from meshcone.quality.intersections import self_intersections
 from meshcone.quality.metrics import ClosestTriangles, aspect_ratio
 from meshcone.quality.sampled import SampledSurface, Sampling
 from meshcone.surface import Mesh
@@ -54,6 +55,18 @@ class Yardstick:
     def flipped(self, before: Mesh, after: Mesh) -> int:
         """Count the faces turned against the reference."""
         return flipped_faces(before, after, self._facing)
+
+    def crossings(self, before: Mesh, after: Mesh) -> int | None:
+        """Count the pairs of faces that pass through each other now and did not before.
+
+        None where there are too many pairs to test.
+        """
+        most = Options().quality.intersection_pairs
+        then, now = (self_intersections(mesh, most) for mesh in (before, after))
+        if then is None or now is None:
+            return None
+        known, found = (pairs[:, 0] * len(before.faces) + pairs[:, 1] for pairs in (then, now))
+        return int(np.count_nonzero(~np.isin(found, known)))
 
     def harm(self, before: Mesh, after: Mesh) -> tuple[str, ...]:
         """Say in what a mesh with the same faces is worse than before, a clause each."""

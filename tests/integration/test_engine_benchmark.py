@@ -55,6 +55,23 @@ def test_every_method_is_measured_on_every_degraded_shape(tmp_path: Path) -> Non
     }
     assert all(row["ratio"] < 1 for row in rows if row["method"] == "fast")
     assert "noise_2: point-to-surface distance" in done.stdout
+    assert "fast: of 6 answers 0 harm their input" in done.stdout
+
+
+def test_a_run_that_has_no_time_says_what_it_did_not_begin(tmp_path: Path) -> None:
+    results = tmp_path / "engine.json"
+
+    done = run(
+        "engine.py",
+        *("--vertices", "100", "--effort", "fast", "--degradations", "noise_2", "--peers", ""),
+        *("--minutes", "0", "--json", str(results)),
+    )
+
+    assert done.returncode == 1
+    written = json.loads(results.read_text())
+    assert written["rows"] == []
+    assert len(written["broken"]) == 5
+    assert set(written["broken"].values()) == {"not begun: the minutes were over"}
 
 
 def test_a_speed_row_says_how_many_cones_were_active() -> None:
