@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args, overload
 
 import typer
 
@@ -81,6 +81,30 @@ def command(
             show_default=False,
         ),
     ] = None,
+    source_secret: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Secret of the service to fetch SOURCE with, by its name.",
+            show_default=False,
+        ),
+    ] = None,
+    source_sha256: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HASH",
+            help="SHA-256 that must be that of what is fetched as SOURCE.",
+            show_default=False,
+        ),
+    ] = None,
+    reference_secret: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Secret to fetch REFERENCE with.", show_default=False),
+    ] = None,
+    reference_sha256: Annotated[
+        str | None,
+        typer.Option(metavar="HASH", help="SHA-256 that REFERENCE must have.", show_default=False),
+    ] = None,
     put: Annotated[
         list[str] | None,
         typer.Option(
@@ -104,7 +128,8 @@ def command(
     from service.client.links import is_link
 
     if batch is not None:
-        if source is not None or out is not None or label or webhook or put or per or assignments:
+        others = (source, out, label, webhook, put, per, assignments, source_secret, source_sha256)
+        if any((*others, reference_secret, reference_sha256)):
             raise InputError("--batch goes with --server and --report alone: all else is in it")
         return _submit_batch(batch, server, report)
     if source is None:
@@ -121,8 +146,8 @@ def command(
     if listed is not None and not is_link(source):
         read.append(Path(source).parent / listed)
     require_places((out, report, report and certificate_path(report)), read)
-    source_file = _file(source, listed)
-    reference_file = None if reference is None else _file(reference)
+    source_file = _file("source", source, source_secret, source_sha256, listed)
+    reference_file = _file("reference", reference, reference_secret, reference_sha256)
 
     import httpx2
 
@@ -198,10 +223,38 @@ def _document(file: Path) -> dict[str, Any]:
     return document
 
 
-def _file(mesh: str, listed: str | None = None) -> MeshFile | LinkedFile:
+@overload
+def _file(
+    side: str, mesh: str, secret: str | None, sha256: str | None, listed: str | None = None
+) -> MeshFile | LinkedFile: ...
+
+
+@overload
+def _file(
+    side: str, mesh: str | None, secret: str | None, sha256: str | None
+) -> MeshFile | LinkedFile | None: ...
+
+
+def _file(
+    side: str,
+    mesh: str | None,
+    secret: str | None,
+    sha256: str | None,
+    listed: str | None = None,
+) -> MeshFile | LinkedFile | None:
+    """What to send as one side of the pair.
+
+    Raises:
+        InputError: it cannot be read, or what is said of a URL is said of none.
+    """
     from service.client.links import is_link, link_to
 
-    return link_to(mesh) if is_link(mesh) else read_local(Path(mesh), listed)
+    if mesh is not None and is_link(mesh):
+        return link_to(mesh, secret=secret, sha256=sha256)
+    for name, value in (("secret", secret), ("sha256", sha256)):
+        if value is not None:
+            raise InputError(f"--{side}-{name} is for a {side.upper()} that is a URL")
+    return None if mesh is None else read_local(Path(mesh), listed)
 
 
 def _outputs(assignments: Iterable[str]) -> dict[OutputName, OutputPlace]:

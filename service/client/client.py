@@ -36,6 +36,7 @@ from service.api.schemas import (
     job_path,
 )
 from service.client.batches import BatchCalls
+from service.client.links import is_link, link_to
 from service.client.transport import Transport
 from worker.jobs.records import FINAL_STATES, OutputName
 
@@ -100,7 +101,9 @@ class Client(BatchCalls):
 
         Args:
             source: the mesh, as :func:`meshcone.refine` takes it, with the resources it has; or
-                what :meth:`upload` has made of it; or a ``LinkedFile``, which the service fetches.
+                what :meth:`upload` has made of it; or a URL, which the service fetches. A
+                ``LinkedFile`` is a URL with the name of a secret to fetch it with
+                (``authorization``), or with the hash (``sha256``) that its content must have.
             reference: the mesh it should have been, likewise; None where the option ``mode`` is
                 ``audit`` and there is none.
             options: those that are not to be the default.
@@ -127,7 +130,13 @@ class Client(BatchCalls):
         for side, mesh in (("source", source), ("reference", reference)):
             if mesh is None:
                 continue
-            file = mesh if isinstance(mesh, _ByName) else load_unread(mesh, side)
+            file: MeshFile | NamedBlob | LinkedFile
+            if isinstance(mesh, _ByName):
+                file = mesh
+            elif isinstance(mesh, str) and is_link(mesh):
+                file = link_to(mesh)
+            else:
+                file = load_unread(mesh, side)
             if side == "source" and isinstance(file, LoadedMesh):
                 file = file.with_file(_listed(options or {}))
             parts.append((side, _content(file)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import PurePosixPath
 
 from pydantic import ValidationError
@@ -11,6 +12,7 @@ from service.api.schemas import LinkedFile, OutputPlace
 from worker.transfers.places import last_name
 
 _SCHEMES = ("https://", "http://", "s3://")
+_SHA256 = re.compile(r"[0-9a-fA-F]{64}")
 _GLTF = (".gltf", ".glb")
 
 
@@ -19,15 +21,29 @@ def is_link(text: str) -> bool:
     return text.lower().startswith(_SCHEMES)
 
 
-def link_to(url: str) -> LinkedFile:
+def link_to(url: str, *, secret: str | None = None, sha256: str | None = None) -> LinkedFile:
     """A file at a URL; of a glTF with what it names, as a file of this machine is sent.
 
+    Args:
+        url: where it is.
+        secret: the name of a secret of the service to fetch it with.
+        sha256: what is found there must have this hash, in hexadecimal digits.
+
     Raises:
-        InputError: it is no URL that a service could be asked for.
+        InputError: it is no URL that a service could be asked for, or the hash is none.
     """
-    suffix = PurePosixPath(last_name(url)).suffix.lower()
+    if sha256 is not None and not _SHA256.fullmatch(sha256):
+        raise InputError(
+            f"'{sha256[:80]}' is no SHA-256: expected 64 hexadecimal digits", file=shown_link(url)
+        )
     try:
-        return LinkedFile(url=url, resources="relative" if suffix in _GLTF else None)
+        suffix = PurePosixPath(last_name(url)).suffix.lower()
+        return LinkedFile(
+            url=url,
+            sha256=sha256 and sha256.lower(),
+            authorization=secret,
+            resources="relative" if suffix in _GLTF else None,
+        )
     except (ValidationError, ValueError):
         raise InputError("is no URL that a service could fetch", file=shown_link(url)) from None
 

@@ -136,3 +136,32 @@ def test_a_file_of_this_machine_is_none_of_a_senders_business(
 
         assert answer.status_code == 422
     assert server.seen == []
+
+
+def test_a_shell_names_secrets_and_hashes_of_what_is_fetched(
+    fetching: Stack, server: FileServer, ball: MeshFile, tmp_path: Path
+) -> None:
+    url, report = server.has("/ball.obj", ball.data), tmp_path / "report.json"
+    sent = ("submit", url, url, "--server", fetching.url, "--set", "mode=measure")
+    sound = hashlib.sha256(ball.data).hexdigest()
+
+    right = meshcone(*sent, "--reference-sha256", sound, "--report", str(report))
+    wrong = meshcone(*sent, "--source-sha256", "0" * 64, "--report", str(report))
+    unknown = meshcone(*sent, "--source-secret", "nobody")
+
+    assert right.returncode == 0, right.stderr
+    assert wrong.returncode != 0
+    assert f"their SHA-256 is {sound}" in wrong.stderr
+    assert unknown.returncode != 0
+    assert "nobody" in unknown.stderr
+
+
+def test_the_client_takes_a_url_where_it_takes_a_path(
+    fetching: Stack, server: FileServer, ball: MeshFile
+) -> None:
+    url = server.has("/ball.obj", ball.data)
+
+    with Client(fetching.url) as client:
+        job = client.wait(client.submit(url, LinkedFile(url=url), MEASURE).id)
+
+    assert (job.state, job.source.url) == ("succeeded", url)

@@ -40,3 +40,24 @@ def test_results_are_not_put_over_the_files_that_were_sent(tmp_path: Path) -> No
 
     with pytest.raises(InputError):
         command(str(mesh), MUG, server=NOBODY, out=mesh)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"source_sha256": "5f"}, "mug.glb: '5f' is no SHA-256: expected 64 hexadecimal digits"),
+        ({"reference_sha256": "g" * 64}, "is no SHA-256"),
+    ],
+)
+def test_what_is_said_of_a_url_must_be_sound(more: dict[str, str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        command(MUG, MUG, server=NOBODY, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("option", ["reference_secret", "reference_sha256"])
+def test_secrets_and_hashes_are_for_urls(tmp_path: Path, option: str) -> None:
+    mesh = tmp_path / "mug.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    with pytest.raises(InputError, match=f"--{option.replace('_', '-')} is for a REFERENCE"):
+        command(MUG, str(mesh), server=NOBODY, **{option: "5" * 64})  # type: ignore[arg-type]
