@@ -2,8 +2,10 @@
 
 Starts a service of its own with two workers and a file server. One key sends most of the pairs as
 one batch, the other a smaller batch after it. Printed are the jobs by how they ended, the memory
-of the API, and how the two keys' jobs alternated while both had some waiting. The exit code is 1 if
-a job was lost or failed.
+of the API, how the two keys' jobs alternated while both had some waiting, and the processor time
+that each kind of process took. On its way it says how far it has come. After --minutes it cancels
+what is left, and some minutes later it ends whatever has become of that. The exit code is 1 if a
+job was lost or failed.
 
     python benchmarks/batch.py 10000 --kills 10
 """
@@ -20,7 +22,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -32,7 +34,7 @@ from rich.table import Table
 
 # A script beside this one has the name of the package, which is to be found first.
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from service_load import resident
+from service_load import processor_seconds, resident
 
 from service.access.keys import KeyStore
 from service.client import Client
@@ -45,6 +47,8 @@ _SHARE = 5  # one pair in so many is the second key's
 _OPTIONS = {"mode": "measure", "audit": False, "quality": {"samples": 16, "emd_samples": 16}}
 _TINY = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 _LOOK_INTERVAL = 1.0  # seconds
+_TELL_INTERVAL = 30.0  # seconds
+_CANCELING = 300.0  # seconds that canceling what is left may take
 
 
 @dataclass
@@ -68,6 +72,29 @@ class Findings:
     canceled: bool = False
     seconds: float = 0.0
     runs: list[int] = field(default_factory=list)
+    used: Usage = field(default_factory=lambda: Usage())
+
+
+@dataclass
+class Usage:
+    """Processor seconds by kind of process; those of a killed one up to the last look at it."""
+
+    seen: dict[tuple[str, int], float] = field(default_factory=dict)
+
+    def look(self, stack: Stack) -> None:
+        """Note what each process has used so far."""
+        for name, pid in stack.pids().items():
+            kind = name.rstrip("0123456789 ")
+            with suppress(OSError):
+                self.seen[kind, pid] = processor_seconds(pid)
+                self.seen[f"children of {kind}", pid] = children_seconds(pid)
+
+    def by_kind(self) -> Mapping[str, float]:
+        """In all, of each kind that has used any."""
+        kinds = Counter[str]()
+        for (kind, _), seconds in self.seen.items():
+            kinds[kind] += seconds  # type: ignore[assignment] # a counter of seconds
+        return {kind: seconds for kind, seconds in kinds.items() if seconds}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -77,7 +104,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--kills", type=int, default=10, help="workers to kill on the way")
     parser.add_argument("--every", type=int, help="jobs from one kill to the next")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--minutes", type=float, default=360, help="cancel what is left after it")
+    parser.add_argument("--minutes", type=float, default=60, help="cancel what is left after it")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args(argv)
     os.environ |= {
@@ -131,8 +158,10 @@ def measure(stack: Stack, url: str, arguments: argparse.Namespace) -> Findings:
             ids.append(send(client, count, url, found))
             found.memory.append(resident(api))
         every = arguments.every or max(1, arguments.pairs // (arguments.kills + 1))
+        told = started
         while True:
             stack.restart_ended()
+            found.used.look(stack)
             batches = [client.batch(batch) for client, batch in zip(clients, ids, strict=True)]
             ended = sum(
                 batch.counts[state]
@@ -142,8 +171,16 @@ def measure(stack: Stack, url: str, arguments: argparse.Namespace) -> Findings:
             found.memory.append(resident(api))
             if found.kills < arguments.kills and ended >= every * (found.kills + 1):
                 found.kills += kill_one(stack, luck)
+            passed = time.monotonic() - started
             if all(batch.state == "finished" for batch in batches):
                 break
+            if passed > 60 * arguments.minutes + _CANCELING:
+                print("not all of what was canceled has ended", file=sys.stderr)
+                break
+            if time.monotonic() - told >= _TELL_INTERVAL:
+                told = time.monotonic()
+                words = f"{passed:.0f} s: {ended} of {arguments.pairs} ended, {found.kills} kills"
+                print(words, file=sys.stderr, flush=True)
             if time.monotonic() - started > 60 * arguments.minutes and not found.canceled:
                 found.canceled = True
                 for client, batch in zip(clients, ids, strict=True):
@@ -179,6 +216,12 @@ def kill_one(stack: Stack, luck: random.Random) -> int:
         os.kill(luck.choice(pids), signal.SIGKILL)
         return 1
     return 0
+
+
+def children_seconds(pid: int) -> float:
+    """Processor time of those children of a process that have ended (Linux)."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[13]) + int(fields[14])) / os.sysconf("SC_CLK_TCK")
 
 
 def _children() -> set[int]:
@@ -227,6 +270,9 @@ def print_findings(found: Findings, pairs: int, console: Console) -> None:
     table.add_row("API, MiB once both are accepted", f"{memory[2]:.0f}")
     table.add_row("API, MiB at most", f"{max(memory):.0f}")
     table.add_row("API, MiB at the end", f"{memory[-1]:.0f}")
+    for kind, seconds in found.used.by_kind().items():
+        each = 1000 * seconds / max(found.states["succeeded"], 1)
+        table.add_row(f"processor ms a job: {kind}", f"{each:.1f}")
     if found.runs:
         mean = sum(found.runs) / len(found.runs)
         table.add_row("jobs of one key in a row: mean", f"{mean:.2f}")
