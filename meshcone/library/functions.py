@@ -51,9 +51,8 @@ def refine(
         gates: bounds on values of the report, as in ``docs/gates.md``; the verdict is in
             ``.report.gates``.
         progress: called between stages and rounds with a ``meshcone.progress.Progress``.
-        processes: how many to use at once, in the searches for closest points of large meshes
-            and in the regions that ``surface.regions`` divides the source into; the result is the
-            same for any number. Linux; elsewhere it is one.
+        processes: how many regions of the source to solve at once, where ``surface.regions``
+            divides it; the result is the same for any number. Linux; elsewhere it is one.
         **options: those of ``docs/options.md``: ``effort="fast"``, and a mapping for what
             has a dot there: ``surface={"edge_cap": 3}``. ``within="0.5mm"`` is a tolerance to
             reach and to prove; ``.report.within`` says whether it is reached, and where not.

@@ -6,13 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshcone.processes import at_once, each_of
 from meshcone.surface.arrays import Floats, Ints, row_dot
 from meshcone.surface.mesh import Mesh
-
-# Points to search from in a process of its own: a tenth of a second, several times what forking
-# takes.
-_WORTH_A_PROCESS = 50_000
 
 
 @dataclass(frozen=True)
@@ -45,14 +40,7 @@ class SurfaceTree:
         infinitely far and has face 0. Points that are neighbours are found fastest one after
         the other.
         """
-        points = np.require(points, np.float64, ["C", "W"])
-        count = min(at_once(), len(points) // _WORTH_A_PROCESS)
-        if count <= 1:
-            squared, faces, closest = self._tree.search(points)
-        else:
-            shares = np.array_split(points, count)
-            found = list(each_of(count, lambda share: self._tree.search(shares[share])))
-            squared, faces, closest = (np.concatenate(part) for part in zip(*found, strict=True))
+        squared, faces, closest = self._tree.search(np.require(points, np.float64, ["C", "W"]))
         return ClosestPoints(np.sqrt(squared), faces, closest)
 
 

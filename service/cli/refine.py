@@ -60,9 +60,8 @@ def command(
         typer.Option(
             min=1,
             max=1024,
-            help="Processes to use at once, in the searches for closest points of large meshes and "
-            "in the regions that --set surface.regions divides SOURCE into. What is written is the "
-            "same for any number.",
+            help="Regions of SOURCE to solve at once, where --set surface.regions divides it. "
+            "What is written is the same for any number.",
         ),
     ] = 1,
     quiet: Annotated[

@@ -8,16 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import meshcone
 from meshcone.certificate.file import read_certificate
 from meshcone.errors import CrashError, InfeasibleError
 from meshcone.processes import at_once, each_of, processes_allowed
-from meshcone.surface import SurfaceTree
 from tests import shapes
-from tests.meshes import sphere
 
 
 def refined(processes: int, **options: object) -> meshcone.Refined:
@@ -72,20 +69,6 @@ def test_the_benchmark_measures_regions_beside_the_whole() -> None:
     ]
     assert {row[-1].strip() for row in rows} == {"yes"}
     assert all(0.5 < float(row[-2]) <= 1.02 for row in rows)
-
-
-def test_a_search_that_processes_share_finds_the_same() -> None:
-    tree = SurfaceTree(sphere(3))
-    points = np.random.default_rng(3).normal(size=(110_001, 3))
-    points[60_000] = np.nan  # infinitely far, whichever process has it
-
-    alone = tree.closest(points)
-    with processes_allowed(2):
-        shared = tree.closest(points)
-
-    assert np.array_equal(shared.distances, alone.distances)
-    assert np.array_equal(shared.faces, alone.faces)
-    assert np.array_equal(shared.points, alone.points, equal_nan=True)
 
 
 def test_results_come_in_the_order_they_were_asked_for() -> None:
