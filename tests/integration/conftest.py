@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+from redis import Redis
 
+from tests.integration.file_server import FileServer, file_server
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_text
+from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.batches import Batches
 from worker.jobs.ledger import Ledger
+from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobRecord
+from worker.settings import WorkerSettings
+from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
 
 
 @pytest.fixture(scope="session")
@@ -20,9 +28,49 @@ def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedBroker]
 
 
 @pytest.fixture
-def ledger(broker: EmbeddedBroker) -> Iterator[Ledger]:
+def own_broker(tmp_path: Path) -> Iterator[EmbeddedBroker]:
+    """A broker of one test alone. A module whose ``broker`` it is has all below in it."""
+    with EmbeddedBroker(tmp_path / "broker") as started:
+        yield started
+
+
+@pytest.fixture
+def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
     with connect_text(broker.url) as client:
-        yield Ledger(client)
+        yield client
+
+
+@pytest.fixture
+def ledger(redis: Redis) -> Ledger:
+    return Ledger(redis)
+
+
+@pytest.fixture
+def batches(redis: Redis) -> Batches:
+    return Batches(redis)
+
+
+@pytest.fixture
+def settings(broker: EmbeddedBroker, tmp_path: Path) -> WorkerSettings:
+    return WorkerSettings(data_dir=tmp_path, redis_url=broker.url)
+
+
+@pytest.fixture
+def queue(settings: WorkerSettings) -> Iterator[JobQueue]:
+    with connect_bytes(settings.required_redis_url()) as connection:
+        yield JobQueue(settings, connection)
+
+
+@pytest.fixture
+def blobs(settings: WorkerSettings, redis: Redis) -> BlobStore:
+    return BlobStore.open(settings, BlobRegister(redis))
+
+
+@pytest.fixture
+def server() -> Iterator[FileServer]:
+    """A server of files on this machine."""
+    with file_server() as started:
+        yield started
 
 
 @pytest.fixture

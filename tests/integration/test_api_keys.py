@@ -18,12 +18,6 @@ from worker.broker.embedded import EmbeddedBroker, running_broker_url
 
 
 @pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
-
-
-@pytest.fixture
 def store(redis: Redis) -> KeyStore:
     return KeyStore(redis)
 

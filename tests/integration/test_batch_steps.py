@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -16,7 +15,6 @@ import pytest
 from redis import Redis
 
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.batches import (
     STAGED_SECONDS,
@@ -31,38 +29,15 @@ from worker.jobs.identifiers import ids_in_order, new_job_id
 from worker.jobs.index import JobFilter
 from worker.jobs.ledger import KeyReusedError, Ledger, QueueFullError
 from worker.jobs.queue import JobQueue
-from worker.settings import WorkerSettings
 
 PAIRS = 250  # more than two steps' worth
 ROOM = 1000
 
 
 @pytest.fixture
-def url(tmp_path: Path) -> Iterator[str]:
-    with EmbeddedBroker(tmp_path / "broker") as broker:
-        yield broker.url
-
-
-@pytest.fixture
-def redis(url: str) -> Iterator[Redis]:
-    with connect_text(url) as client:
-        yield client
-
-
-@pytest.fixture
-def ledger(redis: Redis) -> Ledger:
-    return Ledger(redis)
-
-
-@pytest.fixture
-def batches(redis: Redis) -> Batches:
-    return Batches(redis)
-
-
-@pytest.fixture
-def queue(url: str, tmp_path: Path) -> Iterator[JobQueue]:
-    with connect_bytes(url) as connection:
-        yield JobQueue(WorkerSettings(redis_url=url, data_dir=tmp_path), connection)
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: its batches alone are open."""
+    return own_broker
 
 
 def batch_of(pairs: int, **fields: object) -> BatchRecord:
@@ -181,10 +156,10 @@ with connect_text(url) as client:
 
 @pytest.mark.parametrize("steps", [0, 1, 2])
 def test_a_batch_whose_entry_was_cut_short_by_a_kill_is_completed(
-    batches: Batches, ledger: Ledger, queue: JobQueue, url: str, steps: int
+    batches: Batches, ledger: Ledger, queue: JobQueue, broker: EmbeddedBroker, steps: int
 ) -> None:
     batch, ids = accepted(batches)
-    killed = subprocess.run([sys.executable, "-c", KILLED, url, batch.id, str(steps)])
+    killed = subprocess.run([sys.executable, "-c", KILLED, broker.url, batch.id, str(steps)])
     assert killed.returncode == -signal.SIGKILL
     assert batches.counts(batch).states["queued"] == PAIRS  # whoever asks sees all of them
     assert ledger.index.count("queued") == min(100 * steps, PAIRS)
@@ -197,13 +172,13 @@ def test_a_batch_whose_entry_was_cut_short_by_a_kill_is_completed(
 
 
 def test_upkeep_completes_it_by_itself(
-    batches: Batches, ledger: Ledger, queue: JobQueue, url: str, tmp_path: Path
+    batches: Batches, ledger: Ledger, queue: JobQueue, broker: EmbeddedBroker, tmp_path: Path
 ) -> None:
     batch, ids = accepted(batches)
     batches.carry_on(batch.id)  # the process that did so has died
     environment = {
         **os.environ,
-        "MESHCONE_REDIS_URL": url,
+        "MESHCONE_REDIS_URL": broker.url,
         "MESHCONE_DATA_DIR": str(tmp_path),
         "MESHCONE_RECONCILE_INTERVAL": "0.1",
     }

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from redis import Redis
 from rq import Worker
 
-from worker.broker.connections import connect_bytes, connect_text
+from worker.broker.connections import connect_bytes
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.identifiers import new_job_id
@@ -21,12 +20,6 @@ from worker.settings import WorkerSettings
 from worker.upkeep.main import Turn
 
 HOURS = 2 * 3600 * 1000  # milliseconds
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
 
 
 def set_clock_back(redis: Redis, key: str) -> None:

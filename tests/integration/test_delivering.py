@@ -6,10 +6,9 @@ import asyncio
 import io
 import json
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
-from pathlib import Path
 
 import pytest
 from redis import Redis
@@ -20,14 +19,12 @@ from tests.integration.jobs import make_job
 from tests.integration.object_store import object_store
 from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import DELIVERIES, DELIVERY_TRIES
 from worker.jobs.records import Artifact, JobRecord, Output
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
-from worker.storage.register import BlobRegister
 from worker.transfers.buckets import Buckets
 from worker.transfers.budget import Budget
 
@@ -37,31 +34,9 @@ Transfer = Callable[..., AbstractContextManager["subprocess.Popen[bytes]"]]
 
 
 @pytest.fixture
-def broker(tmp_path: Path) -> Iterator[EmbeddedBroker]:
-    with EmbeddedBroker(tmp_path) as started:
-        yield started
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
-
-
-@pytest.fixture
-def settings(broker: EmbeddedBroker, tmp_path: Path) -> WorkerSettings:
-    return WorkerSettings(data_dir=tmp_path, redis_url=broker.url)
-
-
-@pytest.fixture
-def blobs(settings: WorkerSettings, redis: Redis) -> BlobStore:
-    return BlobStore.open(settings, BlobRegister(redis))
-
-
-@pytest.fixture
-def server() -> Iterator[FileServer]:
-    with file_server() as started:
-        yield started
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: what is due in one is delivered in no other."""
+    return own_broker
 
 
 @pytest.fixture

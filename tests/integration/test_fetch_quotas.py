@@ -16,11 +16,10 @@ from meshcone.errors import LimitError
 from service.access.keys import KeyStore, Quota
 from service.api.app import create_app
 from service.settings import ServiceSettings
-from tests.integration.file_server import Answer, FileServer, file_server
+from tests.integration.file_server import Answer, FileServer
 from tests.integration.jobs import make_job
 from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.fetch_accounts import ByteAccount, FetchAccounts
 from worker.jobs.ledger import Ledger
@@ -32,28 +31,14 @@ PLACE = "meshcone:key:tests:bytes"
 
 
 @pytest.fixture
-def redis(tmp_path: Path) -> Iterator[Redis]:
-    with EmbeddedBroker(tmp_path) as broker, connect_text(broker.url) as client:
-        yield client
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: its keys alone are counted."""
+    return own_broker
 
 
 @pytest.fixture
-def ledger(redis: Redis) -> Ledger:
-    return Ledger(redis)
-
-
-@pytest.fixture
-def settings(tmp_path: Path, redis: Redis) -> ServiceSettings:
-    path = redis.connection_pool.connection_kwargs["path"]
-    return ServiceSettings(
-        data_dir=tmp_path, redis_url=f"unix://{path}", transfer_private_addresses=True
-    )
-
-
-@pytest.fixture
-def server() -> Iterator[FileServer]:
-    with file_server() as started:
-        yield started
+def settings(tmp_path: Path, broker: EmbeddedBroker) -> ServiceSettings:
+    return ServiceSettings(data_dir=tmp_path, redis_url=broker.url, transfer_private_addresses=True)
 
 
 @pytest.fixture

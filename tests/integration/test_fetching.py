@@ -7,7 +7,7 @@ import hashlib
 import io
 import json
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 from redis import Redis
 
-from tests.integration.file_server import Answer, FileServer, file_server
+from tests.integration.file_server import Answer, FileServer
 from tests.integration.jobs import make_job
 from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_async, connect_bytes, connect_text
+from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
@@ -42,37 +42,9 @@ Transfer = Callable[..., AbstractContextManager["subprocess.Popen[bytes]"]]
 
 
 @pytest.fixture
-def broker(tmp_path: Path) -> Iterator[EmbeddedBroker]:
-    with EmbeddedBroker(tmp_path) as started:
-        yield started
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
-
-
-@pytest.fixture
-def settings(broker: EmbeddedBroker, tmp_path: Path) -> WorkerSettings:
-    return WorkerSettings(data_dir=tmp_path, redis_url=broker.url)
-
-
-@pytest.fixture
-def blobs(settings: WorkerSettings, redis: Redis) -> BlobStore:
-    return BlobStore.open(settings, BlobRegister(redis))
-
-
-@pytest.fixture
-def queue(settings: WorkerSettings) -> Iterator[JobQueue]:
-    with connect_bytes(settings.required_redis_url()) as client:
-        yield JobQueue(settings, client)
-
-
-@pytest.fixture
-def server() -> Iterator[FileServer]:
-    with file_server() as started:
-        yield started
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: what is due in one is fetched in no other."""
+    return own_broker
 
 
 @pytest.fixture

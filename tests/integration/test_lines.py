@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 
 import pytest
 from redis import Redis
@@ -12,7 +11,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_async, connect_bytes, connect_text
+from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
@@ -22,7 +21,6 @@ from worker.jobs.ledger_keys import FETCHES
 from worker.jobs.lines import WINDOW
 from worker.jobs.queue import TASK, JobQueue, job_of
 from worker.jobs.records import JobRecord, RemoteFile
-from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 from worker.storage.register import BlobRegister
 from worker.transfers.fetching import Fetching
@@ -36,27 +34,9 @@ Takes = Callable[..., list[list[str]]]
 
 
 @pytest.fixture
-def url(tmp_path: Path) -> Iterator[str]:
-    """A broker of this test's own: nothing else waits there."""
-    with EmbeddedBroker(tmp_path / "broker") as broker:
-        yield broker.url
-
-
-@pytest.fixture
-def redis(url: str) -> Iterator[Redis]:
-    with connect_text(url) as client:
-        yield client
-
-
-@pytest.fixture
-def ledger(redis: Redis) -> Ledger:
-    return Ledger(redis)
-
-
-@pytest.fixture
-def queue(url: str, tmp_path: Path) -> Iterator[JobQueue]:
-    with connect_bytes(url) as connection:
-        yield JobQueue(WorkerSettings(redis_url=url, data_dir=tmp_path), connection)
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: nothing else waits there."""
+    return own_broker
 
 
 def sent(ledger: Ledger, queue: JobQueue, count: int, owner: str, **fields: object) -> list[str]:
@@ -209,14 +189,16 @@ class TestFetching:
     REMOTE = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
 
     @pytest.fixture
-    def rounds(self, redis: Redis, ledger: Ledger, queue: JobQueue, url: str) -> Takes:
+    def rounds(
+        self, redis: Redis, ledger: Ledger, queue: JobQueue, broker: EmbeddedBroker
+    ) -> Takes:
         """What a process takes, so many at a time, and sees to none of it."""
 
         async def takes(counts: Sequence[int]) -> list[list[str]]:
-            settings = TransferSettings(redis_url=url)
+            settings = TransferSettings(redis_url=broker.url)
             blobs = BlobStore.open(settings, BlobRegister(redis))
             sources = Sources(settings, blobs, BlobRegister(redis), FetchAccounts(redis))
-            async with connect_async(url) as client:
+            async with connect_async(broker.url) as client:
                 fetching = Fetching(client, settings, ledger=ledger, queue=queue, sources=sources)
                 found = [await fetching.take(count) for count in counts]
                 await sources.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from service.access.keys import ApiKey, KeyStore
 from tests.integration.jobs import stored_job
-from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.index import JobFilter
@@ -28,15 +26,9 @@ DEFAULT = "default"
 
 
 @pytest.fixture
-def redis(tmp_path: Path) -> Iterator[Redis]:
-    """A broker of this test's own: what it does to all jobs it does to no other test's."""
-    with EmbeddedBroker(tmp_path / "broker") as broker, connect_text(broker.url) as client:
-        yield client
-
-
-@pytest.fixture
-def ledger(redis: Redis) -> Ledger:
-    return Ledger(redis)
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """What a test does to all jobs it does to no other test's."""
+    return own_broker
 
 
 @pytest.fixture

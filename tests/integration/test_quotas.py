@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,12 +25,6 @@ from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
 
 
 @pytest.fixture

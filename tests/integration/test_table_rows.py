@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import islice
-from pathlib import Path
 
 import pytest
 from redis import Redis
 
 from service.dashboard.rows import Rows
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.batches import Batches, BatchRecord
 from worker.jobs.identifiers import ids_in_order, new_job_id
@@ -21,14 +18,9 @@ from worker.jobs.ledger import Ledger
 
 
 @pytest.fixture
-def redis(tmp_path: Path) -> Iterator[Redis]:
-    with EmbeddedBroker(tmp_path) as started, connect_text(started.url) as client:
-        yield client
-
-
-@pytest.fixture
-def ledger(redis: Redis) -> Ledger:
-    return Ledger(redis)
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
+    """One for each test: its rows alone are in the table."""
+    return own_broker
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import asyncio
 import gzip
 import io
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -17,12 +17,6 @@ from worker.transfers.errors import PassingError
 from worker.transfers.web import REDIRECTS, Web
 
 MUG = b"v 0 0 0\n" * 1000
-
-
-@pytest.fixture
-def server() -> Iterator[FileServer]:
-    with file_server() as started:
-        yield started
 
 
 def fetched(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ from service.access.keys import KeyStore
 from service.api.app import create_app
 from service.settings import ServiceSettings
 from tests.integration.jobs import make_job
-from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import WEBHOOKS
@@ -24,16 +22,9 @@ from worker.webhooks.signing import SECRETS, SigningSecrets
 
 
 @pytest.fixture
-def broker(tmp_path: Path) -> Iterator[EmbeddedBroker]:
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
     """One for each test: these fill it."""
-    with EmbeddedBroker(tmp_path) as started:
-        yield started
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
+    return own_broker
 
 
 def test_what_falls_out_of_a_full_outbox_is_in_the_metrics(

@@ -20,7 +20,7 @@ from service.access.keys import KeyStore
 from tests.integration.jobs import make_job
 from tests.integration.receiver import Receiver, receiving
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_async, connect_text
+from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import WEBHOOKS
@@ -35,16 +35,9 @@ Deliver = Callable[..., AbstractContextManager["subprocess.Popen[bytes]"]]
 
 
 @pytest.fixture
-def broker(tmp_path: Path) -> Iterator[EmbeddedBroker]:
+def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
     """One for each test: a message left by one would be delivered in the next."""
-    with EmbeddedBroker(tmp_path) as started:
-        yield started
-
-
-@pytest.fixture
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
+    return own_broker
 
 
 @pytest.fixture
