@@ -2,12 +2,17 @@
 
     npm install --no-save --no-package-lock --prefix DIR gltf-validator
     python benchmarks/khronos.py --data FILES --validator DIR [--json FILE] [--only NAME]
+        [--detail GROWTH [--flips parent|chart]]
 
 Each glTF and GLB file below FILES is refined against a smoothly displaced copy of its own
 surface, in few rounds; one that is compressed with Draco twice, into plain buffers and into
 Draco again. A row is ok if the validator finds no error or warning in the refined file that
 the source has not, and if the two documents differ in nothing but what moving vertices
 takes. Files that are refused are listed with the reason. Exit code 1 if a row is not ok.
+
+With --detail the surface that is displaced has more faces, and faces of each file are divided. A
+row is then ok if faces were added and the validator has no message about the refined file, of any
+severity, whose kind it has not about the source.
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 from gltf_diff import changed_elsewhere, json_changes, kind_of
 from rich.console import Console
 from rich.table import Table
@@ -38,6 +44,7 @@ from meshcone.options import parse_options
 from meshcone.verbs.refine import refine
 
 DISPLACEMENT = 0.02  # of the surface's largest extent
+DENSE = 4_000  # faces of a reference that asks for detail, at least
 OPTIONS: dict[str, Any] = {
     "effort": "fast",
     "instances": "split",
@@ -73,8 +80,8 @@ class Row:
     faults: list[str] = field(default_factory=list)
 
 
-def run(path: Path, name: str, validator: Path) -> Iterator[Row]:
-    """Refine a file, once in each way it can be written."""
+def run(path: Path, name: str, validator: Path, detail: dict[str, Any]) -> Iterator[Row]:
+    """Refine a file, once in each way it can be written; ``detail`` is the option of this name."""
     try:
         source = read_local(path)
         asset = read_asset(source.name, source.data, source.resources)
@@ -82,16 +89,29 @@ def run(path: Path, name: str, validator: Path) -> Iterator[Row]:
         yield Row(name, note=str(error), refused=error.kind)
         return
     is_compressed = b"KHR_draco_mesh_compression" in source.data
-    for draco in ("plain", "encode") if is_compressed else ("",):
-        chosen = {"draco": draco, "instances": "refuse"} if draco == "encode" else {}
+    ways = ("plain",) if detail else ("plain", "encode")
+    for draco in ways if is_compressed else ("",):
+        chosen: dict[str, Any] = {"detail": detail}
+        if draco == "encode":
+            chosen |= {"draco": draco, "instances": "refuse"}
         row = Row(name, note=draco)
         start = time.perf_counter()
         try:
-            answer = refine(source, displaced(asset), _options(chosen))
+            answer = refine(source, displaced(asset, dense=bool(detail)), _options(chosen))
         except MeshConeError as error:
             row.refused, row.note = error.kind, f"{draco} {error}".strip()
         else:
-            judge(row, path, source, answer.data, validator)
+            before, after = validate(path, answer.data, validator)
+            row.source, row.refined = _counted(before), _counted(after)
+            if detail:
+                made = answer.report.detail
+                row.changes = {"new faces": made.faces_after - made.faces_before}
+                row.changes |= {"of them swapped": made.swapped} if made.swapped else {}
+                row.faults += [f"new: {issue}" for issue in row.refined if issue not in row.source]
+                if not made.divided:
+                    row.faults.append("no face was divided")
+            else:
+                compare(row, source, answer.data)
         row.seconds = time.perf_counter() - start
         yield row
 
@@ -100,20 +120,34 @@ def _options(chosen: dict[str, Any]) -> Any:
     return parse_options(OPTIONS | chosen)
 
 
-def displaced(asset: Asset) -> MeshFile:
-    """The surface with a wave of two lengths on it, as an OBJ file."""
-    extent = np.ptp(asset.vertices, axis=0).max()
-    phase = 2 * np.pi * asset.vertices[:, [1, 2, 0]] / extent
-    moved = asset.vertices + DISPLACEMENT * extent * (np.sin(phase + 0.3) + np.cos(2 * phase)) / 2
+def displaced(asset: Asset, *, dense: bool) -> MeshFile:
+    """The surface with a wave of two lengths on it, or bent, as an OBJ file.
+
+    Args:
+        asset: whose surface.
+        dense: bent, with so many faces that the asset's are too few. A box keeps its corners.
+    """
+    vertices, faces = asset.vertices, asset.faces
+    if dense:
+        vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+        while len(faces) < DENSE:
+            vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+    extent = np.ptp(vertices, axis=0).max()
+    turned = vertices[:, [1, 2, 0]]
+    if dense:
+        share = (turned - turned.min(axis=0)) / np.ptp(turned, axis=0).clip(1e-9)
+        wave = 4 * np.sin(np.pi * share)
+    else:
+        phase = 2 * np.pi * turned / extent
+        wave = np.sin(phase + 0.3) + np.cos(2 * phase)
+    moved = vertices + DISPLACEMENT * extent * wave / 2
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in moved]
-    lines += [f"f {a} {b} {c}" for a, b, c in asset.faces + 1]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
     return MeshFile("displaced.obj", "\n".join(lines).encode())
 
 
-def judge(row: Row, path: Path, source: MeshFile, refined: bytes, validator: Path) -> None:
-    """Compare a refined file with its source."""
-    before, after = validate(path, refined, validator)
-    row.source, row.refined = _counted(before), _counted(after)
+def compare(row: Row, source: MeshFile, refined: bytes) -> None:
+    """Compare a refined file with its source, byte for byte, and what the validator says."""
     documents = [document_and_binary(data)[0] for data in (source.data, refined)]
     pointers = list(json_changes(*documents))
     kinds = {pointer: kind_of(pointer, documents[0]) for pointer in pointers}
@@ -213,12 +247,15 @@ def main() -> int:
     )
     parser.add_argument("--json", type=Path, help="file to write the rows to")
     parser.add_argument("--only", default="", help="take only files whose path contains this")
+    parser.add_argument("--detail", type=float, help="times as many faces as a file has")
+    parser.add_argument("--flips", default="parent", choices=["none", "parent", "chart"])
     arguments = parser.parse_args()
+    detail = {"growth": arguments.detail, "flips": arguments.flips} if arguments.detail else {}
     rows: list[Row] = []
     for path in sorted(arguments.data.rglob("*.gl*")):
         name = path.relative_to(arguments.data).as_posix()
         if path.suffix in {".glb", ".gltf"} and arguments.only in name:
-            rows += run(path, name, arguments.validator)
+            rows += run(path, name, arguments.validator, detail)
             print(f"{name}: {rows[-1].seconds:.1f} s", file=sys.stderr)
     print_table(rows)
     if arguments.json:

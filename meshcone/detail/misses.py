@@ -23,6 +23,8 @@ _PLACES = np.array(
     ]
 )
 _FEWEST_SAMPLES = 20_000
+# Points on a mesh, at least: at seven on each of a few faces, chance outweighs what a level does.
+_FEWEST_PLACES = 5_000
 _SAGITTA = 0.25  # of a chord's length
 _ON_SIDE = 1e-6  # barycentric weight of the corner across from it
 
@@ -80,7 +82,7 @@ class Misses:
             lost: (f,) faces of parts that the reference lacks, which are to blame for nothing.
         """
         count = len(mesh.faces)
-        own = np.einsum("pi,mik->mpk", _PLACES, mesh.corners).reshape(-1, 3)
+        own = np.einsum("pi,mik->mpk", _places(count), mesh.corners).reshape(-1, 3)
         found = target.tree.closest(own)
         there = found.distances.reshape(count, -1)
         off = np.where(_beyond_border(target.tree.mesh, found), 0.0, found.distances)
@@ -97,6 +99,18 @@ class Misses:
             mean=float((mean_there + back.distances.mean()) / 2),
             farthest=float(max(there.max(), back.distances.max())),
         )
+
+
+def _places(faces: int) -> Floats:
+    """Barycentric coordinates (p, 3) of the points on each of so many faces, middles first."""
+    steps = int(np.ceil(np.sqrt(_FEWEST_PLACES / max(faces, 1))))
+    if steps**2 <= len(_PLACES):
+        return _PLACES
+    # The centres of the triangles in a lattice, those that point up and those that point down.
+    i, j = np.divmod(np.arange(steps**2), steps)
+    centres = [np.column_stack([i, j]) + third for third in (1 / 3, 2 / 3)]
+    inside = np.concatenate([each[each.sum(axis=1) < steps] for each in centres]) / steps
+    return np.concatenate([_PLACES[:3], np.column_stack([inside, 1 - inside.sum(axis=1)])])
 
 
 def _beyond_border(mesh: Mesh, found: ClosestPoints) -> Bools:

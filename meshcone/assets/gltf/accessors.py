@@ -226,13 +226,18 @@ class Accessors:
         else:
             values = np.zeros((len(rows), accessor.columns), accessor.component)
         if accessor.sparse:
-            stored = accessor.sparse.values
             apart = self.sparse_rows(accessor)
             places = np.minimum(np.searchsorted(apart, rows), len(apart) - 1)
             known = apart[places] == rows
-            elements = stored.elements(self.buffers[stored.buffer].data, accessor.component)
-            values[known] = elements[places[known]]
+            values[known] = self.sparse_values(accessor)[places[known]]
         return values
+
+    def sparse_values(self, accessor: Accessor) -> NDArray[Any]:
+        """(k, columns) components of the elements that a sparse accessor stores apart."""
+        if accessor.sparse is None:
+            return np.zeros((0, accessor.columns), accessor.component)
+        stored = accessor.sparse.values
+        return stored.elements(self.buffers[stored.buffer].data, accessor.component)
 
     def sparse_rows(self, accessor: Accessor) -> NDArray[np.int64]:
         """(k,) rows a sparse accessor stores apart, ascending.

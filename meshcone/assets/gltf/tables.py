@@ -30,7 +30,8 @@ class Tables:
     """The accessors of some primitives, each about to read more elements.
 
     An accessor that nothing else reads keeps its index, and a buffer view that no other reads
-    is replaced, so that nothing is left in the file that nobody needs.
+    is replaced, so that nothing is left in the file that nobody needs. For the same reason one
+    that is sparse stays so: what it stores apart are old elements, whose numbers do not change.
 
     Args:
         draft: takes the changes.
@@ -105,27 +106,45 @@ class Tables:
         path = ("accessors", accessor.index)
         for key, value in declared.items():
             self._draft.put((*path, key), value)
+        kept = {"sparse"} if self._stays_sparse(accessor, stored) else set()
         for key in _PLACE:
-            if key in element and key not in declared:
+            if key in element and key not in declared and key not in kept:
                 self._draft.remove((*path, key))
         return accessor.index
 
+    def _stays_sparse(self, accessor: Accessor, stored: NDArray[Any]) -> bool:
+        """Whether what an accessor stores apart is right, or made so, beside a longer table."""
+        if accessor.sparse is None:
+            return False
+        apart = stored[self._accessors.sparse_rows(accessor)]
+        values, indices = _sparse_views(accessor.element)
+        if accessor.element.integer("bufferView") in (values, indices):
+            return False
+        if stored.dtype == accessor.component:
+            return np.array_equal(apart, self._accessors.sparse_values(accessor))
+        if values == indices or values not in self._free_views:
+            return False
+        self._free_views.discard(values)
+        self._draft.replace(values, apart.tobytes())
+        if accessor.element.value["sparse"]["values"].get("byteOffset"):
+            self._draft.put(("accessors", accessor.index, "sparse", "values", "byteOffset"), 0)
+        return True
+
     def _view(self, accessor: Accessor, buffer: int, data: bytes, members: dict[str, Any]) -> int:
-        """A view for data: one that the accessor read and nobody needs any more, or a new one."""
-        for view in _views(accessor.element):
-            if view not in self._free_views:
-                continue
-            self._free_views.discard(view)
-            self._draft.replace(view, data)
-            path, value = ("bufferViews", view), self._accessors.views[view].value
-            if "byteStride" in members:
-                self._draft.put((*path, "byteStride"), members["byteStride"])
-            elif "byteStride" in value:
-                self._draft.remove((*path, "byteStride"))
-            if "target" in value:
-                self._draft.put((*path, "target"), members["target"])
-            return view
-        return self._draft.store(buffer, data, members)
+        """A view for data: that of the elements, if nobody else needs it, or a new one."""
+        view = accessor.element.integer("bufferView")
+        if view is None or view not in self._free_views:
+            return self._draft.store(buffer, data, members)
+        self._free_views.discard(view)
+        self._draft.replace(view, data)
+        path, value = ("bufferViews", view), self._accessors.views[view].value
+        if "byteStride" in members:
+            self._draft.put((*path, "byteStride"), members["byteStride"])
+        elif "byteStride" in value:
+            self._draft.remove((*path, "byteStride"))
+        if "target" in value:
+            self._draft.put((*path, "target"), members["target"])
+        return view
 
 
 def _declared(stored: NDArray[Any]) -> dict[str, Any]:
@@ -165,13 +184,17 @@ def _known(element: Element, names: Iterable[str], count: int) -> Iterator[int]:
 
 
 def _views(accessor: Element) -> list[int]:
-    """The buffer views that an accessor reads, that of its elements first."""
-    sparse = accessor.child("sparse")
-    holders = [accessor]
-    if sparse is not None:
-        holders += [part for key in ("values", "indices") if (part := sparse.child(key))]
-    found = [holder.integer("bufferView") for holder in holders]
+    """The buffer views that an accessor reads."""
+    found = [accessor.integer("bufferView"), *_sparse_views(accessor)]
     return [view for view in found if view is not None]
+
+
+def _sparse_views(accessor: Element) -> tuple[int | None, int | None]:
+    """The buffer views of the values and of the indices of what an accessor stores apart."""
+    sparse = accessor.child("sparse")
+    parts = [sparse and sparse.child(key) for key in ("values", "indices")]
+    values, indices = (part.integer("bufferView") if part else None for part in parts)
+    return values, indices
 
 
 def _all_views(document: Document, accessors: Accessors) -> Iterator[int]:

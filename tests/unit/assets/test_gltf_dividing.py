@@ -215,16 +215,75 @@ def test_interleaved_attributes_are_stored_apart() -> None:
         assert corners(after, name) == pytest.approx(expected)
 
 
-def test_sparse_attributes_are_stored_in_full() -> None:
-    gltf = square(TEXCOORD_0=SQUARE[:, :2])
-    rows, values = np.array([2], dtype=np.uint8), np.array([[9, 9]], dtype=np.float32)
-    gltf.json["accessors"][1]["sparse"] = {
-        "count": 1,
+def sparse(gltf: Gltf, accessor: int, rows: NDArray[Any], values: NDArray[Any]) -> None:
+    """Have an accessor store some elements apart, in views that nothing else reads."""
+    gltf.json["accessors"][accessor]["sparse"] = {
+        "count": len(rows),
         "indices": {"bufferView": gltf.view(rows.tobytes()), "componentType": 5121},
         "values": {"bufferView": gltf.view(values.tobytes())},
     }
+
+
+def views_read(document: dict[str, Any]) -> set[int]:
+    parts = document["accessors"] + [
+        each["sparse"][name]
+        for each in document["accessors"]
+        if "sparse" in each
+        for name in ("indices", "values")
+    ]
+    return {part["bufferView"] for part in parts if "bufferView" in part}
+
+
+@pytest.mark.parametrize(
+    ("uv", "apart"),
+    [
+        (SQUARE[:, :2], np.array([[9, 9]], np.float32)),
+        # Half a step would be seen: they become floats, and with them what is apart.
+        (
+            np.array([[0, 0], [65535, 1], [0, 0], [1, 65535]], np.uint16),
+            np.array([[65534, 65535]], np.uint16),
+        ),
+    ],
+    ids=["floats", "integers"],
+)
+def test_what_is_sparse_stays_so_and_leaves_no_view_unread(
+    uv: NDArray[Any], apart: NDArray[Any]
+) -> None:
+    gltf = square(TEXCOORD_0=uv)
+    sparse(gltf, 1, np.array([2], np.uint8), apart)
     before = gltf.glb()
     after, subdivision = divided(before, [0, 1])
+
+    document = chunks(after)[0]
+    assert document["accessors"][1]["sparse"]["count"] == 1
+    assert views_read(document) == set(range(len(document["bufferViews"])))
+    expected = between(corners(before, "TEXCOORD_0"), subdivision)
+    assert corners(after, "TEXCOORD_0") == pytest.approx(expected, abs=1e-7)
+
+
+def test_a_sparse_accessor_of_zeros_is_given_its_elements() -> None:
+    gltf = square(TEXCOORD_0=SQUARE[:, :2])
+    sparse(gltf, 1, np.array([1, 3], np.uint8), np.array([[1, 0], [0, 1]], np.float32))
+    del gltf.json["accessors"][1]["bufferView"]
+    gltf.json["bufferViews"][1]["name"] = "unread"
+    before = gltf.glb()
+    after, subdivision = divided(before, [0, 1])
+
+    assert "sparse" in chunks(after)[0]["accessors"][1]
+    expected = between(corners(before, "TEXCOORD_0"), subdivision)
+    assert corners(after, "TEXCOORD_0") == pytest.approx(expected)
+
+
+def test_elements_in_one_view_with_those_apart_are_stored_in_full() -> None:
+    gltf = square(TEXCOORD_0=SQUARE[:, :2])
+    values = np.array([[9, 9]], np.float32)
+    view = gltf.view(SQUARE[:, :2].tobytes() + values.tobytes())
+    sparse(gltf, 1, np.array([2], np.uint8), values)
+    gltf.json["accessors"][1]["bufferView"] = view
+    gltf.json["accessors"][1]["sparse"]["values"] = {"bufferView": view, "byteOffset": 32}
+    before = gltf.glb()
+    after, subdivision = divided(before, [0, 1])
+
     assert "sparse" not in chunks(after)[0]["accessors"][1]
     expected = between(corners(before, "TEXCOORD_0"), subdivision)
     assert corners(after, "TEXCOORD_0") == pytest.approx(expected)
