@@ -52,6 +52,7 @@ _NAMES = {
     "certificate.holds": "certificate of the solution",
     "warnings": "number of warnings",
 }
+_NOTHING = 1e-12  # of the largest coordinate: what rounding leaves
 _LEAST_DIGITS, _MOST_DIGITS = 3, 17  # 17 decimal digits tell any two doubles apart
 
 
@@ -88,8 +89,10 @@ def number(value: float, beside: float | None = None) -> str:
 
 
 def point(position: Iterable[float]) -> str:
-    """Write a position."""
-    return f"({', '.join(f'{value:.4g}' for value in position)})"
+    """Write a position; a coordinate that is nothing beside the others is 0."""
+    values = list(position)
+    least = _NOTHING * max(map(abs, values), default=0.0)
+    return f"({', '.join(f'{value if abs(value) > least else 0:.4g}' for value in values)})"
 
 
 def stated(value: Allowed) -> str:

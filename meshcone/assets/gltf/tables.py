@@ -106,9 +106,9 @@ class Tables:
         path = ("accessors", accessor.index)
         for key, value in declared.items():
             self._draft.put((*path, key), value)
-        kept = {"sparse"} if self._stays_sparse(accessor, stored) else set()
+        staying = {"sparse"} if self._stays_sparse(accessor, stored) else set()
         for key in _PLACE:
-            if key in element and key not in declared and key not in kept:
+            if key in element and key not in declared and key not in staying:
                 self._draft.remove((*path, key))
         return accessor.index
 

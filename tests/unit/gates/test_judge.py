@@ -11,6 +11,7 @@ from meshcone.gates.judge import judge
 from meshcone.gates.records import GateCheck
 from meshcone.gates.rules import GateRule
 from meshcone.gates.units import is_distance
+from meshcone.gates.words import point
 from meshcone.options import parse_options
 from meshcone.quality.conventions import conventions
 from meshcone.quality.sampled import Sampling
@@ -326,3 +327,8 @@ def test_the_number_of_missing_parts_has_a_gate() -> None:
 
 def test_without_parts_their_gate_is_not_tested(report: MeasureReport) -> None:
     assert check(report, "quality.per.missing", max=0).status == "not_tested"
+
+
+def test_a_coordinate_that_rounding_left_is_written_as_0() -> None:
+    assert point([3.2e-17, 19.58, -5e-17]) == "(0, 19.58, 0)"
+    assert point([3.2e-17, -4e-17, 0.0]) == "(3.2e-17, -4e-17, 0)"
