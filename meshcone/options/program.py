@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 
 from meshcone.options.section import Section, Weight, WeightOrNone
+
+# An enumeration of one word: to generators of clients a constant is the only alternative.
+_Auto = Annotated[Literal["auto"], WithJsonSchema({"type": "string", "enum": ["auto"]})]
 
 
 class CentroidOptions(Section):
@@ -74,7 +77,7 @@ class SurfaceOptions(Section):
         description="fairness above this acts in full only where the noise exceeds the "
         "edges by as much",
     )
-    regions: Annotated[int, Field(ge=1, le=4096)] | Literal["auto"] = Field(
+    regions: Annotated[int, Field(ge=1, le=4096)] | _Auto = Field(
         1,
         description="overlapping regions of the source whose programs are solved apart, one after "
         "the other or in processes of their own, before the whole one is finished; auto: as many "
