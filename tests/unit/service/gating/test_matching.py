@@ -11,7 +11,7 @@ from meshcone.errors import InputError
 from service.gating.matching import ReferencePattern, pairs_to_gate
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty directory to work in."""
     monkeypatch.chdir(tmp_path)
@@ -83,7 +83,6 @@ def test_a_pattern_with_a_level_refuses_a_name_without_one() -> None:
         ReferencePattern("{stem}{lod}.glb").reference_of(Path("rock.glb"))
 
 
-@pytest.mark.usefixtures("here")
 def test_a_glob_finds_the_levels_of_every_chain() -> None:
     make(*(f"assets/{name}_LOD{level}.glb" for name in ("b", "x/a") for level in (0, 1, 2)))
     make("assets/c.glb", "elsewhere/d_LOD1.glb")
@@ -96,7 +95,6 @@ def test_a_glob_finds_the_levels_of_every_chain() -> None:
     ]
 
 
-@pytest.mark.usefixtures("here")
 def test_a_file_that_is_its_own_reference_is_no_source() -> None:
     make("a_LOD0.glb", "a_LOD1.glb", "b_LOD0.glb")
 
@@ -105,14 +103,12 @@ def test_a_file_that_is_its_own_reference_is_no_source() -> None:
     ]
 
 
-@pytest.mark.usefixtures("here")
 def test_a_source_whose_reference_is_missing_is_a_pair_all_the_same() -> None:
     make("a_LOD1.glb")
 
     assert found(manifest="*.glb", pattern="{stem}_LOD0.glb") == [("a_LOD1.glb", "a_LOD0.glb", 1)]
 
 
-@pytest.mark.usefixtures("here")
 def test_a_folder_is_searched_where_a_pattern_names_the_references() -> None:
     make("a_LOD0.obj", "a_LOD1.obj", "x/b_LOD0.obj", "x/b_LOD1.obj", "x/notes.txt")
 
@@ -122,7 +118,6 @@ def test_a_folder_is_searched_where_a_pattern_names_the_references() -> None:
     ]
 
 
-@pytest.mark.usefixtures("here")
 def test_two_folders_pair_what_is_called_the_same() -> None:
     make("new/a.obj", "new/x/b.GLB", "new/x/b.bin", "new/.cache/c.obj")
     make("old/a.obj", "old/x/b.GLB")
@@ -133,14 +128,12 @@ def test_two_folders_pair_what_is_called_the_same() -> None:
     ]
 
 
-@pytest.mark.usefixtures("here")
 def test_what_only_the_second_folder_has_is_noticed() -> None:
     make("new/a.obj", "old/a.obj", "old/lost.obj")
 
     assert ("new/lost.obj", "old/lost.obj", None) in found("new", "old")
 
 
-@pytest.mark.usefixtures("here")
 def test_a_reference_may_differ_in_its_extension_if_it_is_the_only_one() -> None:
     make("scans/bolt.ply", "drawings/bolt.step", "scans/nut.obj", "drawings/nut.stl")
     make("drawings/nut.xyz", "drawings/pin.usdz")
@@ -180,7 +173,6 @@ def test_two_folders_can_differ_by_a_pattern() -> None:
     assert found("new", "old", pattern="{stem}.obj") == [("new/x/a_LOD1.glb", "old/x/a.obj", 1)]
 
 
-@pytest.mark.usefixtures("here")
 def test_assets_can_be_without_references() -> None:
     make("x/a.obj", "x/y/b.glb")
 
@@ -190,7 +182,6 @@ def test_assets_can_be_without_references() -> None:
     assert found("x") == [*alone, ("x/y/b.glb", None, None)]
 
 
-@pytest.mark.usefixtures("here")
 def test_changed_files_choose_among_what_a_glob_finds() -> None:
     make("a_LOD0.glb", "a_LOD1.glb", "b_LOD0.glb", "b_LOD1.glb", "gates.toml")
 
@@ -203,14 +194,12 @@ def test_changed_files_choose_among_what_a_glob_finds() -> None:
     assert (by("b_LOD0.glb"), by("gates.toml"), by("c.glb")) == (1, 2, 0)
 
 
-@pytest.mark.usefixtures("here")
 def test_a_file_whose_name_looks_like_a_glob_is_a_manifest() -> None:
     Path("pairs[1].csv").write_text("source,reference\na.obj,b.obj\n")
 
     assert found(manifest="pairs[1].csv") == [("a.obj", "b.obj", None)]
 
 
-@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
