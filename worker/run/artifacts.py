@@ -135,7 +135,7 @@ def _thumbnail(stem: str, mesh: Mesh, paint: Paint | None) -> dict[str, Artifact
     """A small picture, if there can be one: no job fails for want of what a list looks like."""
     try:
         data = thumbnail_webp(mesh, paint)
-    except Exception:
+    except Exception:  # whatever it was is in the log
         logger.exception("no thumbnail could be drawn")
         data = None
     if data is None:
