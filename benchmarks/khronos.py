@@ -136,7 +136,7 @@ def displaced(asset: Asset, *, dense: bool) -> MeshFile:
     turned = vertices[:, [1, 2, 0]]
     if dense:
         share = (turned - turned.min(axis=0)) / np.ptp(turned, axis=0).clip(1e-9)
-        wave = 4 * np.sin(np.pi * share)
+        wave = 2 * np.sin(np.pi * share)
     else:
         phase = 2 * np.pi * turned / extent
         wave = np.sin(phase + 0.3) + np.cos(2 * phase)

@@ -28,8 +28,11 @@ from meshcone.surface.subdivision import MAX_EXPONENT
 
 # Faces after a level over those before, at most: the next level is to see what this one did.
 _GROWTH = 1.6
+# Faces that a level may add however few there are: one of a few split sides adds a face or two.
+_FEWEST_ADDED = 4
 _ROUNDS = (3.0, 1.0)  # fairness of the rounds of a level
-_FULL = 0.995  # so much of the budget counts as all of it
+# So much of the budget counts as all of it, and what a side inside a mesh cannot be split for.
+_FULL, _LEAST_ADDED = 0.995, 2
 # A level that takes less than this share off the squared distance does not help.
 _LEAST_HELP = 1e-3
 _ROUNDING = 1e-6  # of the radius: nearer than this, numbers in files say nothing
@@ -146,7 +149,9 @@ class _Levels:
     def _reason_to_stop(self, now: DividedMesh, misses: Misses) -> Stopped | None:
         if misses.farthest <= max(self._tolerance, _ROUNDING):
             return "tolerance"
-        if self._faces(now) >= _FULL * self._budget or now.exponent >= MAX_EXPONENT:
+        faces = self._faces(now)
+        is_spent = faces >= _FULL * self._budget or faces + _LEAST_ADDED > self._budget
+        if is_spent or now.exponent >= MAX_EXPONENT:
             return "budget"
         return None
 
@@ -194,7 +199,8 @@ class _Levels:
         """How many faces the next level may have: equal growth until the budget is spent."""
         faces = self._faces(now)
         left = self._budget / faces
-        return min(self._budget, int(faces * left ** (1 / max(1, ceil(log(left) / log(_GROWTH))))))
+        grown = int(faces * left ** (1 / max(1, ceil(log(left) / log(_GROWTH)))))
+        return min(self._budget, max(grown, faces + _FEWEST_ADDED * int(self._counts.max())))
 
     def _misses(self, now: DividedMesh) -> Misses:
         return Misses.of(now.mesh, self._target, self._lost[now.parents])

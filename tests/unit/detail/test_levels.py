@@ -46,6 +46,15 @@ def test_the_budget_is_spent_where_the_surface_bends() -> None:
     assert children[on_hill].mean() > 2.5 * children[~on_hill].mean()
 
 
+@pytest.mark.parametrize("faces", [1, 2])
+def test_a_source_of_a_face_or_two_gets_as_many_as_are_allowed(faces: int) -> None:
+    flat = hill(1)
+    source = Mesh(flat.vertices, flat.faces[:faces])
+    divided = find_detail(source, hill(64), np.ones(faces, dtype=bool), detail(growth=16))
+    assert divided.stopped == "budget"
+    assert 15 * faces <= len(divided.subdivision.parents) <= 16 * faces
+
+
 def test_what_is_found_tiles_the_source_without_gaps() -> None:
     divided = found(detail(growth=3)).subdivision
     assert divided.is_tiling()
