@@ -105,6 +105,19 @@ def instanced() -> Gltf:
     return gltf
 
 
+def overlapping() -> Gltf:
+    """Positions that colours, unused data and a second mesh read as well."""
+    gltf = cube_gltf()
+    [primitive] = gltf.json["meshes"][0]["primitives"]
+    positions = dict(gltf.json["accessors"][0])
+    gltf.json["accessors"] += [positions, positions | {"count": 23}]
+    part = primitive | {"attributes": {"POSITION": 5}}
+    gltf.json["accessors"].append(gltf.json["accessors"][3] | {"count": 30, "max": [19]})
+    primitive["attributes"]["COLOR_0"] = 4
+    gltf.node(mesh=gltf.mesh(part | {"indices": 6}), translation=[3, 0, 0])
+    return gltf
+
+
 FILES: dict[str, Callable[[], Gltf]] = {
     "tangents.glb": with_tangents,
     "interleaved.glb": interleaved,
@@ -113,6 +126,7 @@ FILES: dict[str, Callable[[], Gltf]] = {
     "skinned.glb": skinned,
     "quantized.glb": quantized,
     "instanced.glb": instanced,
+    "overlapping.glb": overlapping,
     "draco.glb": lambda: compress(cube_gltf()),
 }
 

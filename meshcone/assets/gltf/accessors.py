@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,8 +99,22 @@ class Accessor:
 
     @property
     def regions(self) -> list[Region]:
-        """All bytes the accessor owns."""
-        sparse = [self.sparse.indices, self.sparse.values] if self.sparse else []
+        """All bytes the accessor reads."""
+        return self.values + ([self.sparse.indices] if self.sparse else [])
+
+    @property
+    def content(self) -> Hashable:
+        """Equal for accessors that read the same bytes as the same numbers.
+
+        One that reads none is equal to itself alone.
+        """
+        place = tuple(self.regions) or self.index
+        return self.component.str, self.normalized, place
+
+    @property
+    def values(self) -> list[Region]:
+        """The bytes of its elements."""
+        sparse = [self.sparse.values] if self.sparse else []
         return ([self.dense] if self.dense else []) + sparse
 
 

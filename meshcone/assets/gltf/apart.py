@@ -18,10 +18,14 @@ _PLACE = ("byteOffset", "sparse")
 
 def copy_apart(draft: Draft, accessors: Accessors, accessor: Accessor) -> int:
     """Append a copy of an accessor, with a copy of its elements; returns its index."""
-    buffer = accessor.regions[0].buffer if accessor.regions else 0
-    view = _store(draft, accessors.read(accessor), buffer)
+    view = _store(draft, accessors.read(accessor), _buffer(accessor))
     kept = {key: value for key, value in accessor.element.value.items() if key not in _PLACE}
     return draft.append("accessors", kept | {"bufferView": view})
+
+
+def move_apart(draft: Draft, accessors: Accessors, accessor: Accessor) -> None:
+    """Let an accessor read a copy of its elements."""
+    place_apart(draft, accessor, accessors.read(accessor), _buffer(accessor), {})
 
 
 def place_apart(
@@ -47,6 +51,10 @@ def place_apart(
     for key in _PLACE:
         if key in accessor.element.value:
             draft.remove((*path, key))
+
+
+def _buffer(accessor: Accessor) -> int:
+    return accessor.regions[0].buffer if accessor.regions else 0
 
 
 def _store(draft: Draft, stored: NDArray[Any], buffer: int) -> int:

@@ -19,11 +19,13 @@ from meshcone.assets.gltf.divide import divide_primitives
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
+from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import check_untouched
 from meshcone.assets.gltf.instancing import as_nodes
 from meshcone.assets.gltf.model import Model, write_file
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.notices import miscounted_notices
+from meshcone.assets.gltf.overlaps import unreadable
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.regions import scene_regions
 from meshcone.assets.gltf.room import make_room
@@ -146,6 +148,9 @@ class GltfAsset(Asset):
             *others, last = added
             words += ", ".join(others) + (" and " if others else "") + last
             told.append(Notice(Code.WRITING_SPLIT, words))
+        elif _stored_apart(before, after):
+            words = "vertex data that shared bytes with other data were stored apart from them"
+            told.append(Notice(Code.WRITING_SPLIT, words))
         elif policy.instances == "auto" and self._shared(policy):
             words = "meshes that several nodes share were moved once, for every node agrees"
             told.append(Notice(Code.WRITING_TOGETHER, words))
@@ -165,6 +170,7 @@ class GltfAsset(Asset):
             together: meshes that are moved once for all nodes that use them.
         """
         model = self._model
+        ignored = unreadable(model.document, model.accessors)
         if policy.draco == "encode" and model.compressed:
             check_encodable(model.compressed.primitives)
         if policy.instances != "refuse":
@@ -174,7 +180,7 @@ class GltfAsset(Asset):
             apart = as_nodes(model.document, model.accessors, sorted(alone), model.limits)
             model = self._rebuilt(*apart) if apart else model
             moving = Moving.of(model.scene, self._surface, policy, together)
-            split = split_shared(model.document, model.accessors, moving, model.limits)
+            split = split_shared(model.document, model.accessors, moving, model.limits, ignored)
             if split and model.compressed and policy.draco == "encode":
                 raise InputError("copies of what is shared cannot be compressed; set draco=plain")
             model = self._rebuilt(*split) if split else model
@@ -184,7 +190,7 @@ class GltfAsset(Asset):
             model.document.unknown,
             [placed.primitive.element for placed in moving.primitives],
         )
-        check_ownership(model.document, model.accessors, moving)
+        check_ownership(model.document, model.accessors, moving, ignored)
         return model
 
     def _rebuilt(self, document: Document, buffers: Buffers) -> Model:
@@ -254,6 +260,16 @@ class GltfAsset(Asset):
 
     def _divisions(self) -> dict[str, Division]:
         return scene_divisions(self._model.document.root, self._model.scene, self._surface.kept)
+
+
+def _stored_apart(before: Element, after: Element) -> bool:
+    """Whether an accessor reads another buffer view for no other reason than what it shared."""
+    return any(
+        old.value.get("bufferView") != new.value.get("bufferView")
+        and old.value.get("componentType") == new.value.get("componentType")
+        and "sparse" not in old.value
+        for old, new in zip(before.children("accessors"), after.children("accessors"), strict=False)
+    )
 
 
 def _count(number: int, one: str, many: str) -> str:

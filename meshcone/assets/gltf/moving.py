@@ -57,6 +57,10 @@ class Moving:
             return placement.mesh
         return placement.node, placement.instance
 
+    def identity(self, block: Block) -> Hashable:
+        """Equal for blocks that hold the same vertices: in one place, and deformed alike."""
+        return self.home(block), block.accessor.content, block.deformers
+
     def moves(self, block: Block) -> bool:
         """Whether some vertex of a block may move."""
         return bool(self.rows[block.rows].any())

@@ -8,7 +8,7 @@ before any solving is done.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,24 @@ from numpy.typing import NDArray
 from meshcone.assets.gltf.accessors import Accessors, Region
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.moving import Moving
+from meshcone.assets.gltf.overlaps import Marks, bystanders
 from meshcone.assets.gltf.scene import Block, mesh_name
 from meshcone.errors import InputError
 
-# Attribute, what it is moved for, and the bytes of the positions it belongs to.
-Owner = tuple[str, Hashable, tuple[Region, ...]]
-
-# Accessors may declare the same bytes any number of times; this bounds the time to compare them.
-_COMPARED_BYTES_PER_BYTE = 64
+# Attribute, and what the positions that it belongs to have to themselves.
+Owner = tuple[str, Hashable]
 
 
-def check_ownership(document: Document, accessors: Accessors, moving: Moving) -> None:
+def check_ownership(
+    document: Document, accessors: Accessors, moving: Moving, ignored: Set[str]
+) -> None:
     """Check that every vertex that may move has bytes of its own.
+
+    Args:
+        document: the document.
+        accessors: its accessors.
+        moving: what of its scene may move.
+        ignored: pointers to accessors and images that nothing can read.
 
     Raises:
         InputError: a mesh or accessor is used twice, a node or joints flatten what they place, or
@@ -38,7 +44,7 @@ def check_ownership(document: Document, accessors: Accessors, moving: Moving) ->
         _check_transform(document, block, moving.rows[block.rows])
     owners = _owners(moving)
     _check_other_uses(document, owners, {block.placement.mesh for block in moving.blocks})
-    _check_shared_bytes(document, accessors, owners)
+    _check_shared_bytes(document, accessors, owners, ignored)
 
 
 def _check_instances(document: Document, moving: Moving) -> None:
@@ -94,7 +100,7 @@ def _check_transform(document: Document, block: Block, moving: NDArray[np.bool_]
 
 
 def _owners(moving: Moving) -> dict[int, Owner]:
-    """What each accessor that will be written is for: attribute, node, and positions.
+    """What each accessor that will be written is for: attribute, and positions.
 
     Raises:
         InputError: one is for two things.
@@ -102,7 +108,7 @@ def _owners(moving: Moving) -> dict[int, Owner]:
     owners: dict[int, Owner] = {}
     for placed, role, accessor in moving.written():
         block = moving.scene.blocks[placed.block]
-        owner = (role, moving.home(block), tuple(block.accessor.regions))
+        owner = (role, moving.identity(block))
         if owners.setdefault(accessor.index, owner) != owner:
             raise InputError(
                 f"its values serve as {role} of several sets of positions; give each its own, "
@@ -130,48 +136,30 @@ def _check_other_uses(document: Document, owners: dict[int, Owner], moving: set[
                         )
 
 
-def _check_shared_bytes(document: Document, accessors: Accessors, owners: dict[int, Owner]) -> None:
-    described = {index: accessors.describe(index) for index in range(len(accessors.elements))}
-    buffers = {region.buffer for index in owners for region in described[index].regions}
-    taken = {buffer: np.zeros(accessors.buffers[buffer].length, dtype=bool) for buffer in buffers}
-    budget = _COMPARED_BYTES_PER_BYTE * sum(len(bytes_taken) for bytes_taken in taken.values())
+def _check_shared_bytes(
+    document: Document, accessors: Accessors, owners: dict[int, Owner], ignored: Set[str]
+) -> None:
+    described = {index: accessors.describe(index) for index in owners}
+    buffers = {region.buffer for each in described.values() for region in each.values}
+    taken = Marks(accessors.buffers, buffers)
     claimed: dict[Region, Owner] = {}
-
-    def is_taken(regions: Iterable[Region]) -> bool:
-        nonlocal budget
-        found = False
-        for region in regions:
-            if region.buffer in taken:
-                budget -= region.count * region.size
-                if budget < 0:
-                    raise InputError("too many accessors cover the same bytes", place="/accessors")
-                view = region.elements(taken[region.buffer], np.dtype(bool))
-                found = found or bool(view.any())
-        return found
-
     for index, owner in owners.items():
         # Exporters like to declare one run of vertices once per primitive: that is no conflict.
-        regions = [r for r in described[index].regions if claimed.get(r) != owner]
-        if is_taken(regions):
-            raise _shared(index)
-        for region in regions:
-            claimed[region] = owner
-            region.elements(taken[region.buffer], np.dtype(bool))[:] = True
-    for index, accessor in described.items():
-        if index not in owners and is_taken(accessor.regions):
-            raise _shared(index)
-    for image in document.root.children("images"):
-        view = image.reference("bufferView", len(accessors.views), "buffer view")
-        if view is not None:
-            start, length, buffer = accessors.view_extent(view)
-            if is_taken([Region(buffer, start, length, 1, 1)]):
-                raise InputError("shares bytes with vertices that move", place=image.pointer)
+        regions = [r for r in described[index].values if claimed.get(r) != owner]
+        if taken.touch(regions):
+            raise _shared(described[index].element.pointer)
+        claimed.update(dict.fromkeys(regions, owner))
+        taken.add(regions)
+    for pointer, regions in bystanders(document, accessors, owners.keys(), ignored):
+        if taken.touch(regions):
+            raise _shared(pointer)
 
 
-def _shared(accessor: int) -> InputError:
+def _shared(pointer: str) -> InputError:
     return InputError(
-        "shares bytes with the vertex data of another accessor, so neither can move alone",
-        place=f"/accessors/{accessor}",
+        "shares bytes with vertex data that is written, so neither can change alone; "
+        "set instances=split",
+        place=pointer,
     )
 
 

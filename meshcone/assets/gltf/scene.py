@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,12 +28,16 @@ class Block:
     """The positions of one accessor at one node: a run of raw vertices.
 
     Primitives of a mesh that share the accessor, and what deforms it, share the block.
+
+    Attributes:
+        deformers: equal where skins and morph targets show equal positions at equal places.
     """
 
     placement: Placement
     accessor: Accessor
     pose: Pose
     start: int
+    deformers: Hashable = ()
 
     @property
     def rows(self) -> slice:
@@ -150,7 +154,8 @@ class _SceneBuilder:
         accessor = primitive.position
         deformers = self._poses.deformers(placement, primitive) if self._poses else ()
         instance = -1 if placement.instance is None else placement.instance
-        key = (placement.node, instance, accessor.index, *deformers)
+        indices = (-1 if each is None else each.index for each in deformers)
+        key = (placement.node, instance, accessor.index, *indices)
         if key not in self._block_numbers:
             start = self._vertices
             self._vertices += accessor.count
@@ -158,7 +163,8 @@ class _SceneBuilder:
             self._limits.check("vertices", self._vertices, "vertices in the scene", place)
             self._block_numbers[key] = len(self._blocks)
             pose = self._pose_of(placement, primitive)
-            self._blocks.append(Block(placement, accessor, pose, start))
+            deformed = tuple(each and each.content for each in deformers)
+            self._blocks.append(Block(placement, accessor, pose, start, deformed))
         return self._block_numbers[key]
 
     def _pose_of(self, placement: Placement, primitive: Primitive) -> Pose:

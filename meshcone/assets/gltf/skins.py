@@ -47,14 +47,14 @@ class PoseReader:
         self._above: dict[int, int] | None = None
         self._shifted = 0
 
-    def deformers(self, placement: Placement, primitive: Primitive) -> tuple[int, ...]:
+    def deformers(self, placement: Placement, primitive: Primitive) -> list[Accessor | None]:
         """The accessors that decide where a primitive is shown, besides its positions."""
         used: list[Accessor | None] = []
         if placement.skinned:
             used += (*primitive.joints, *primitive.weights)
         if self._weighted(placement, primitive):
             used += primitive.targets
-        return tuple(-1 if each is None else each.index for each in used)
+        return used
 
     def pose(self, placement: Placement, primitive: Primitive) -> Pose:
         """Where a viewer shows a primitive.

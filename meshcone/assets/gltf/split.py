@@ -4,50 +4,71 @@ from __future__ import annotations
 
 import copy
 from collections import defaultdict
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Set
 from dataclasses import dataclass
 from typing import Any
 
 from meshcone.assets.gltf.accessors import Accessor, Accessors
-from meshcone.assets.gltf.apart import copy_apart
+from meshcone.assets.gltf.apart import copy_apart, move_apart
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.moving import Moving
+from meshcone.assets.gltf.overlaps import Marks, bystanders
 from meshcone.assets.limits import Limits
 
 
 def split_shared(
-    document: Document, accessors: Accessors, moving: Moving, limits: Limits
+    document: Document,
+    accessors: Accessors,
+    moving: Moving,
+    limits: Limits,
+    ignored: Set[str],
 ) -> tuple[Document, Buffers] | None:
     """Copy what cannot move in one place without moving in another.
 
     A mesh that several nodes use stays with those that do not move, or else with the first;
-    every other node gets a copy of it. Then each attribute that is written gets an accessor
-    of its own, unless nothing else reads the one it has. What nobody needs twice stays shared:
-    indices, texture coordinates, weights, morph targets.
+    every other node gets a copy of it. Then each attribute that is written gets bytes of its
+    own, unless nothing else reads those it has, and an accessor of its own, unless nothing else
+    uses the one it has. What nobody needs twice stays shared: indices, texture coordinates,
+    weights, morph targets.
+
+    Args:
+        document: the document.
+        accessors: its accessors.
+        moving: what of its scene may move.
+        limits: caps on sizes.
+        ignored: pointers to accessors and images that nothing can read.
 
     Returns:
         The document and its buffers, or None if nothing is shared.
 
     Raises:
+        InputError: too many accessors read the same bytes.
         LimitError: the copies are more than ``limits`` accept.
     """
     draft = Draft(document, accessors.buffers, limits)
     meshes = _copy_meshes(draft, document, moving)
-    claims = _Claims(document, accessors, meshes, moving)
-    copies: dict[tuple[Hashable, int], int] = {}
+    claims = _Claims(document, accessors, meshes, moving, ignored)
+    apart: dict[tuple[Hashable, int], int] = {}
     for use in claims.uses():
-        if claims.grants(use):
+        if claims.grants_bytes(use):
             continue
         # Two accessors over the same bytes stay two, so that vertices keep their numbers.
         key = (use.key, use.accessor.index)
-        if key not in copies:
-            copies[key] = copy_apart(draft, accessors, use.accessor)
-        use.point_to(draft, copies[key])
-    changed = bool(copies) or any(mesh.is_copy for mesh in meshes.values())
+        if key not in apart and claims.grants_accessor(use):
+            move_apart(draft, accessors, use.accessor)
+            apart[key] = use.accessor.index
+        elif key not in apart:
+            apart[key] = copy_apart(draft, accessors, use.accessor)
+        if apart[key] != use.accessor.index:
+            use.point_to(draft, apart[key])
+    changed = bool(apart) or any(mesh.is_copy for mesh in meshes.values())
     return draft.finish() if changed else None
+
+
+_ELSEWHERE = object()
 
 
 @dataclass
@@ -123,7 +144,7 @@ class _Use:
 
 
 class _Claims:
-    """Who reads the bytes of each accessor."""
+    """Who reads the bytes of each accessor, and who uses it."""
 
     def __init__(
         self,
@@ -131,40 +152,56 @@ class _Claims:
         accessors: Accessors,
         meshes: dict[int, _NodeMesh],
         moving: Moving,
+        ignored: Set[str],
     ) -> None:
         self._accessors = accessors
         self._root = document.root
         self._meshes = meshes
-        self._written = {
-            (mesh_node, role, accessor.index)
-            for placed, role, accessor in moving.written()
-            for mesh_node in (moving.scene.blocks[placed.block].placement.node,)
-        }
+        self._written: dict[tuple[int, str, int], Hashable] = {}
+        self._identities: dict[tuple[int, str], Hashable] = {}
+        for placed, role, accessor in moving.written():
+            block = moving.scene.blocks[placed.block]
+            node, identity = block.placement.node, moving.identity(block)
+            self._written.setdefault((node, role, accessor.index), identity)
+            self._identities[node, placed.primitive.element.pointer] = identity
+        elsewhere = set(self._used_elsewhere())
+        self._users: dict[int, Hashable] = dict.fromkeys(elsewhere, _ELSEWHERE)
         self._owners: dict[Hashable, Hashable] = {}
-        for index in self._read_elsewhere():
-            self._owners[self._bytes(accessors.describe(index))] = "elsewhere"
+        written = {index: accessors.describe(index) for _, _, index in self._written}
+        buffers = {region.buffer for each in written.values() for region in each.values}
+        self._read = Marks(accessors.buffers, buffers)
+        for _, regions in bystanders(document, accessors, written.keys() - elsewhere, ignored):
+            self._read.add(regions)
 
     def uses(self) -> Iterator[_Use]:
         """Every attribute that is written, node by node."""
         for node, mesh in self._meshes.items():
-            for number, attributes in self._attributes(mesh):
+            for number, pointer, attributes in self._attributes(mesh):
                 if "POSITION" not in attributes:  # draws nothing, whatever else it has
                     continue
                 for role in ("POSITION", "NORMAL", "TANGENT"):
-                    if (node, role, attributes.get(role)) in self._written:
+                    written = self._written.get((node, role, attributes.get(role, -1)))
+                    if written is not None:
                         accessor = self._accessors.describe(attributes[role])
-                        positions = self._accessors.describe(attributes["POSITION"])
-                        key = (node, role, self._bytes(accessor), self._bytes(positions))
+                        # Lines over the same positions, which the scene does not have, move along.
+                        identity = self._identities.get((node, pointer), written)
+                        key = (node, role, accessor.content, identity)
                         yield _Use(mesh, number, role, accessor, key)
 
-    def grants(self, use: _Use) -> bool:
+    def grants_bytes(self, use: _Use) -> bool:
         """Whether an attribute may keep its bytes, because nobody else has asked for them."""
-        return self._owners.setdefault(self._bytes(use.accessor), use.key) == use.key
+        owner = self._owners.get(use.accessor.content)
+        if owner is None and not self._read.touch(use.accessor.values):
+            self._owners[use.accessor.content] = owner = use.key
+            self._users.setdefault(use.accessor.index, use.key)
+            self._read.add(use.accessor.values)
+        return owner == use.key
 
-    def _bytes(self, accessor: Accessor) -> Hashable:
-        return tuple(accessor.regions) or accessor.index
+    def grants_accessor(self, use: _Use) -> bool:
+        """Whether an attribute may keep its accessor, though with other bytes."""
+        return self._users.setdefault(use.accessor.index, use.key) == use.key
 
-    def _attributes(self, mesh: _NodeMesh) -> Iterator[tuple[int, dict[str, int]]]:
+    def _attributes(self, mesh: _NodeMesh) -> Iterator[tuple[int, str, dict[str, int]]]:
         count = len(self._accessors.elements)
         for number, primitive in enumerate(
             Element(mesh.value, mesh.pointer).children("primitives")
@@ -173,10 +210,11 @@ class _Claims:
             if attributes is not None:
                 names = attributes.value
                 found = {name: attributes.reference(name, count, "accessor") for name in names}
-                yield number, {name: index for name, index in found.items() if index is not None}
+                known = {name: index for name, index in found.items() if index is not None}
+                yield number, primitive.pointer, known
 
-    def _read_elsewhere(self) -> Iterator[int]:
-        """Accessors read by what does not move, or for another purpose."""
+    def _used_elsewhere(self) -> Iterator[int]:
+        """Accessors used by what does not move, or for another purpose."""
         count = len(self._accessors.elements)
         moved = {mesh.index: mesh.node for mesh in self._meshes.values() if not mesh.is_copy}
         for index, mesh in enumerate(self._root.children("meshes")):

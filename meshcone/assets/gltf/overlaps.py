@@ -1,0 +1,102 @@
+"""Which bytes of a document's buffers something reads that is not written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Set
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshcone.assets.gltf.accessors import Accessors, Region
+from meshcone.assets.gltf.buffers import Buffers
+from meshcone.assets.gltf.document import Document
+from meshcone.errors import InputError
+
+# Accessors may declare the same bytes any number of times; this bounds the time to compare them.
+_COMPARED_BYTES_PER_BYTE = 64
+
+
+class Marks:
+    """Marked bytes of some buffers.
+
+    Args:
+        buffers: of the document.
+        indices: the buffers that bytes are marked in; others are passed over.
+    """
+
+    def __init__(self, buffers: Buffers, indices: Iterable[int]) -> None:
+        self._marked = {each: np.zeros(buffers[each].length, dtype=bool) for each in set(indices)}
+        self._budget = _COMPARED_BYTES_PER_BYTE * sum(map(len, self._marked.values()))
+
+    def add(self, regions: Iterable[Region]) -> None:
+        """Mark all bytes of some regions."""
+        for elements in self._elements(regions):
+            elements[:] = True
+
+    def touch(self, regions: Iterable[Region]) -> bool:
+        """Whether a byte of some regions is marked.
+
+        Raises:
+            InputError: more bytes were compared than a file can ask for in earnest.
+        """
+        return any(bool(elements.any()) for elements in self._elements(regions))
+
+    def _elements(self, regions: Iterable[Region]) -> Iterator[NDArray[np.bool_]]:
+        for region in regions:
+            if region.buffer in self._marked:
+                self._budget -= region.count * region.size
+                if self._budget < 0:
+                    raise InputError("too many accessors cover the same bytes", place="/accessors")
+                yield region.elements(self._marked[region.buffer], np.dtype(bool))
+
+
+def unreadable(document: Document, accessors: Accessors) -> frozenset[str]:
+    """Pointers to accessors and images that reach past their buffer, or are otherwise malformed.
+
+    No viewer can read them. They are found before anything is appended to a buffer: what is
+    appended can lie where they reach.
+    """
+    found = set()
+    for index, element in enumerate(accessors.elements):
+        try:
+            accessors.describe(index)
+        except InputError:
+            found.add(element.pointer)
+    for image in document.root.children("images"):
+        try:
+            view = image.reference("bufferView", len(accessors.views), "buffer view")
+            if view is not None:
+                accessors.view_extent(view)
+        except InputError:
+            found.add(image.pointer)
+    return frozenset(found)
+
+
+def bystanders(
+    document: Document, accessors: Accessors, written: Set[int], ignored: Set[str]
+) -> Iterator[tuple[str, list[Region]]]:
+    """What reads bytes besides accessors that are written, whether or not anything uses it.
+
+    Args:
+        document: the document.
+        accessors: its accessors.
+        written: accessors that are written; of these, the numbers of the rows stored apart.
+        ignored: pointers to what nothing can read.
+
+    Yields:
+        Its pointer, and the bytes that it reads.
+    """
+    for index, element in enumerate(accessors.elements):
+        if index in written:
+            sparse = accessors.describe(index).sparse
+            if sparse is not None:
+                yield element.pointer, [sparse.indices]
+        elif element.pointer not in ignored:
+            yield element.pointer, accessors.describe(index).regions
+    for image in document.root.children("images"):
+        if image.pointer in ignored:
+            continue
+        view = image.reference("bufferView", len(accessors.views), "buffer view")
+        if view is not None:
+            start, length, buffer = accessors.view_extent(view)
+            yield image.pointer, [Region(buffer, start, length, 1, 1)]
