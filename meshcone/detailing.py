@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from meshcone.assets.limits import Limits
+from meshcone.assets.policy import WritePolicy
 from meshcone.conflict_words import in_words
 from meshcone.detail.levels import Detail, find_detail
 from meshcone.detail.records import DetailRecord, Stopped
@@ -66,7 +67,7 @@ def require_divisible(pair: Pair, options: Options) -> None:
             "option 'detail': vertices are pinned by their numbers, and added ones change the "
             "numbers; pin borders or select parts instead"
         )
-    pair.source_asset.ensure_divisible()
+    pair.source_asset.ensure_divisible(pair.policy or WritePolicy())
     allowed = options.detail.faces_allowed(len(pair.source.faces))
     load_settings(Limits).check("faces", allowed, "faces are what the option 'detail' allows")
 

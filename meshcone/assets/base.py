@@ -327,8 +327,11 @@ class Asset(abc.ABC):
         )
         return (Notice(Code.WRITING_DIAGONALS, words),)
 
-    def ensure_divisible(self) -> None:
+    def ensure_divisible(self, policy: WritePolicy = _DEFAULT) -> None:  # noqa: ARG002
         """Check, without a subdivision yet, that ``divided`` can write this format.
+
+        Args:
+            policy: how what is divided will be written.
 
         Raises:
             InputError: it cannot.

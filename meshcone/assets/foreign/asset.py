@@ -115,7 +115,7 @@ class ForeignAsset(Asset):
                 file=self.name,
             )
 
-    def ensure_divisible(self) -> None:
+    def ensure_divisible(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
         """See :meth:`Asset.ensure_divisible`: what can be written can be divided."""
         self.ensure_writable()
 

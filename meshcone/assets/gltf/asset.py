@@ -221,8 +221,19 @@ class GltfAsset(Asset):
             return model.compressed.to_bytes(model, editor, came)
         return model.to_bytes(editor, came)
 
-    def ensure_divisible(self) -> None:
+    def ensure_divisible(self, policy: WritePolicy | None = None) -> None:
         """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot."""
+        policy = policy or WritePolicy()
+        compressed = {
+            "draco": policy.draco == "encode" and self._model.compressed,
+            "meshopt": policy.meshopt == "encode" and self._model.expanded,
+        }
+        for option, what in compressed.items():
+            if what:
+                raise InputError(
+                    f"a file whose faces are divided is not compressed again; set {option}=plain",
+                    file=self.name,
+                )
 
     def twins(self) -> NDArray[np.int64]:
         """See :meth:`Asset.twins`: meshes that several nodes use have some."""

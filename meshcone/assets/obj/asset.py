@@ -124,7 +124,7 @@ class ObjAsset(Asset):
             statements |= self._new_normals(lines, vertices, policy.selected)
         return lines.replaced(statements)
 
-    def ensure_divisible(self) -> None:
+    def ensure_divisible(self, policy: WritePolicy | None = None) -> None:
         """See :meth:`Asset.ensure_divisible`: every OBJ can be."""
 
     def _chart_corners(self) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,9 @@ from meshcone.verbs.verify import verify
 from meshcone.verbs.within import refine_within
 from tests import shapes
 from tests.unit.assets.bisecting import bisected
-from tests.unit.assets.builders import Gltf, chunks
+from tests.unit.assets.builders import Gltf, chunks, compress, cube_gltf
 from tests.unit.assets.plain_gltf import corners
+from tests.unit.assets.squeezing import squeezed
 
 FEW: dict[str, Any] = {"samples": 500, "emd_samples": 16, "curvature_samples": 16}
 QUICK: dict[str, Any] = {"effort": "fast", "quality": FEW, "deviation": {"prove": False}}
@@ -161,6 +163,18 @@ def test_what_is_not_selected_keeps_its_faces_and_places() -> None:
 def test_what_knows_no_added_faces_is_refused(options: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         refined(ball(1), detail={"growth": 2}, **options)
+
+
+@pytest.mark.parametrize(
+    ("option", "squeeze"), [("draco", compress), ("meshopt", squeezed)], ids=["draco", "meshopt"]
+)
+def test_what_is_to_be_compressed_again_is_refused(
+    option: str, squeeze: Callable[[Gltf], Gltf]
+) -> None:
+    source = MeshFile("cube.glb", squeeze(cube_gltf()).glb())
+
+    with pytest.raises(InputError, match=f"set {option}=plain"):
+        refined(source, detail={"growth": 2}, **{option: "encode"})
 
 
 def test_a_ply_a_colour_and_all_is_divided_and_proven() -> None:
