@@ -25,6 +25,8 @@ _FACTOR_TOLERANCE = 0.02
 # Relative to the reference's radius: less than this is no move, and no digit worth telling.
 _NO_MOVE = 1e-3
 _NOISE = 0.02
+# A turn by less has no angle that could be told.
+_ROUNDING = 1e-9
 _AXES = "XYZ"
 
 
@@ -153,7 +155,7 @@ class _Placed:
             yield code, f"{size_in_words(self.scale)} the size"
         if mirrored:
             yield Code.POSE_MIRRORED, f"mirrored along {across}"
-        if not np.array_equal(turn, np.eye(3)):
+        if np.abs(turn - np.eye(3)).max() > _ROUNDING:
             yield Code.POSE_TURNED, f"turned by {_turn_in_words(turn, digits)}"
         if self._moves():
             numbers = ", ".join(f"{value + 0.0:.{digits}g}" for value in self.shift)

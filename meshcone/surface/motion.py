@@ -73,8 +73,8 @@ class MotionSearch:
     def find(self) -> Motion | None:
         """The plainest motion that explains how the surfaces differ.
 
-        It must leave a tenth of their mean distance at most, and 95 % of both surfaces within
-        2 % of the radius of the other.
+        It must leave a tenth of their mean distance at most, and of that of their vertices, and
+        95 % of both surfaces within 2 % of the radius of the other.
         """
         before = self._mean(np.eye(4))
         if before <= _NOTHING or not self._same_moments():
@@ -91,32 +91,53 @@ class MotionSearch:
     def replaced(self, found: Motion, matrix: Floats) -> Motion | None:
         """The same with a matrix of rounder numbers, if that explains as much."""
         distances = self._distances(matrix)
-        if not self._explains(distances, found.before):
+        if not self._explains(matrix, distances, found.before):
             return None
         motion = _motion(matrix, found.before, distances)
         return motion if motion.exact or not found.exact else None
 
     def _accepted(self, matrix: Floats, before: float) -> Motion | None:
         distances = self._distances(matrix)
-        if not self._explains(distances, before):
+        if not self._explains(matrix, distances, before):
             matrix = self._registration.finished(matrix)
             distances = self._distances(matrix)
-        return _motion(matrix, before, distances) if self._explains(distances, before) else None
+        explains = self._explains(matrix, distances, before)
+        return _motion(matrix, before, distances) if explains else None
 
-    def _explains(self, distances: Floats, before: float) -> bool:
+    def _explains(self, matrix: Floats, distances: Floats, before: float) -> bool:
         most = np.quantile(distances, 0.95, axis=1).max()
-        return bool(distances.mean() <= _LEFT * before and most <= _NEAR)
+        near = distances.mean() <= _LEFT * before and most <= _NEAR
+        return bool(near and self._vertices_agree(matrix))
+
+    def _vertices_agree(self, matrix: Floats) -> bool:
+        """Whether the motion brings the vertices of both together too.
+
+        The noise of a few flat faces is a tilt and a shift to all samples within them; their
+        corners tell that it is none.
+        """
+        before = self._measured(np.eye(4), self._corners, self._searched_corners)
+        after = self._measured(matrix, self._corners, self._searched_corners)
+        return all(
+            left.mean() <= max(_LEFT * was.mean(), _NOTHING)
+            for was, left in zip(before, after, strict=True)
+        )
 
     def _mean(self, matrix: Floats, samples: int = _SAMPLES) -> float:
         return float(self._distances(matrix, samples).mean())
 
     def _distances(self, matrix: Floats, samples: int = _SAMPLES) -> Floats:
         """(2, k) distances of the moved source's samples, and of the reference's."""
-        moved = transform_points(matrix, self._samples[:samples])
-        back = transform_points(invert(matrix), self._searched[:samples])
-        there = self._reference_tree.closest(moved).distances
+        points = (self._samples[:samples], self._searched[:samples])
+        return np.stack(self._measured(matrix, *points))
+
+    def _measured(self, matrix: Floats, here: Floats, there: Floats) -> tuple[Floats, Floats]:
+        """Distances (n,) of the moved source's points to the reference, and (m,) of its to it."""
+        moved, back = transform_points(matrix, here), transform_points(invert(matrix), there)
         scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
-        return np.stack([there, scale * self._source_tree.closest(back).distances])
+        return (
+            self._reference_tree.closest(moved).distances,
+            scale * self._source_tree.closest(back).distances,
+        )
 
     @cached_property
     def _samples(self) -> Floats:
@@ -125,6 +146,14 @@ class MotionSearch:
     @cached_property
     def _searched(self) -> Floats:
         return sample_surface(self._reference, _SAMPLES, _SEED + 1).points
+
+    @cached_property
+    def _corners(self) -> Floats:
+        return _some_vertices(self._source)
+
+    @cached_property
+    def _searched_corners(self) -> Floats:
+        return _some_vertices(self._reference)
 
     @cached_property
     def _registration(self) -> Registration:
@@ -177,6 +206,12 @@ class _Moments:
         second += 9 * (middles * areas[:, None]).T @ middles
         principal, axes = np.linalg.eigh(second / 12)
         return _Moments(centre, np.maximum(principal, 0), axes)
+
+
+def _some_vertices(mesh: Mesh) -> Floats:
+    """At most _SAMPLES of the vertices that faces use, evenly spread over their order."""
+    used = np.unique(mesh.faces)
+    return mesh.vertices[used[:: -(-len(used) // _SAMPLES)]]
 
 
 def _motion(matrix: Floats, before: float, distances: Floats) -> Motion:

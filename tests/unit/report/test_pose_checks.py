@@ -16,6 +16,16 @@ from meshcone.surface.similarity import transform_points
 from tests import shapes
 
 X, Y, Z = np.eye(3)
+# A square and a small triangle upon it.
+DECAL = Mesh(
+    np.array(
+        [
+            *([0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]),
+            *([1.5, 1.5, 0], [2.5, 1.6, 0], [1.5, 1.9, 0]),
+        ]
+    ),
+    np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]]),
+)
 
 
 def lump(seed: int, subdivisions: int = 3) -> Mesh:
@@ -173,6 +183,21 @@ def test_a_noisy_copy_in_its_place_is_not_moved(noise: float) -> None:
         rough = LUMP.moved_to(shapes.noisy(LUMP.vertices, noise, seed=seed))
 
         assert pose_of(rough, LUMP) is None
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_noise_on_a_few_flat_faces_is_not_taken_for_a_motion(seed: int) -> None:
+    """A shift and a tilt bring the faces together, but not their corners."""
+    rough = DECAL.moved_to(shapes.noisy(DECAL.vertices, 0.005, seed=seed))
+
+    assert pose_of(rough, DECAL) is None
+
+
+def test_a_small_move_of_a_few_flat_faces_is_told() -> None:
+    codes, words = said(DECAL.moved_to(DECAL.vertices + 0.02 * Z), DECAL)
+
+    assert codes == ["pose.moved"]
+    assert "moved by (0, 0, 0.02)" in words
 
 
 def test_half_of_a_shape_is_not_the_shape_moved() -> None:
