@@ -35,6 +35,7 @@ LONGEST_FILES = (
     "integration/test_supervision.py",
     "acceptance/test_command_line.py",
     "integration/test_faults.py",
+    "acceptance/dashboard/test_job_viewer.py",
     "acceptance/dashboard/test_job_page.py",
     "integration/test_attempts.py",
     "integration/test_stack.py",

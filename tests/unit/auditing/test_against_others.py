@@ -22,7 +22,7 @@ from meshcone.auditing.layout import layouts
 from meshcone.auditing.records import AssetAudit
 from meshcone.files import MeshFile
 from tests import shapes
-from tests.unit.auditing.test_families import one_square
+from tests.unit.auditing.squares import one_square
 from tests.whole_asset import Document, whole
 
 

@@ -2,48 +2,16 @@
 
 from __future__ import annotations
 
-import io
-from typing import Any
-
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
 
 from meshcone.assets import read_asset
 from meshcone.auditing.asset import audit_asset
-from meshcone.auditing.records import AssetAudit
 from meshcone.files import MeshFile
 from tests import shapes
-from tests.whole_asset import SQUARE_FACES, Document, png, square, whole
-
-
-def audit(document: Document) -> AssetAudit:
-    data = document.to_bytes()
-    return audit_asset(MeshFile("a.gltf", data), read_asset("a.gltf", data))
-
-
-def audit_obj(data: bytes, **resources: bytes) -> AssetAudit:
-    file = MeshFile("a.obj", data, resources)
-    return audit_asset(file, read_asset("a.obj", data, resources))
-
-
-def one_square(**changed: Any) -> Document:
-    """A square with one textured material."""
-    document = Document()
-    arrays = {**square(), **changed}
-    attributes = {name: document.accessor(values) for name, values in arrays.items()}
-    indices = document.accessor(SQUARE_FACES.reshape(-1, 1))
-    primitive = {"attributes": attributes, "indices": indices, "material": 0}
-    document.json |= {
-        "nodes": [{"mesh": 0}],
-        "scenes": [{"nodes": [0]}],
-        "meshes": [{"primitives": [primitive]}],
-        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-        "textures": [{"source": 0}],
-        "images": [{"bufferView": document.view(png((90, 90, 90), 16, 8))}],
-    }
-    return document
+from tests.unit.auditing.squares import audit, audit_obj, one_square
+from tests.whole_asset import square, whole
 
 
 def test_a_budget_counts_what_is_drawn_and_what_is_listed() -> None:
@@ -142,48 +110,6 @@ def test_faces_that_the_weld_drops_count_as_degenerate() -> None:
     assert audit_obj(data).geometry.degenerate_faces == 1
 
 
-def test_a_square_that_fills_its_texture_leaves_nothing_and_overlaps_nothing() -> None:
-    found = audit(one_square()).uv
-
-    assert (found.overlap_share, found.unused_share, found.inverted_share) == (0, 0, 0)
-    # 16 by 8 texels over 2 by 2 units.
-    assert found.texel_density_min == pytest.approx((16 * 8 / 4) ** 0.5)
-    assert (found.outside, found.tiles, found.missing) == (0, False, 0)
-
-
-def test_coordinates_that_are_wrong_are_counted() -> None:
-    folded = square()["TEXCOORD_0"].copy()
-    folded[3] = folded[1]  # the second triangle lies on the first
-    gone = square()["TEXCOORD_0"].copy()
-    gone[0] = np.nan
-    flat = square()["TEXCOORD_0"] * np.array([1, 0], dtype="<f4")
-    tiled = square()["TEXCOORD_0"] * np.float32(3)
-
-    assert audit(one_square(TEXCOORD_0=folded)).uv.overlap_share == pytest.approx(1, abs=0.01)
-    assert audit(one_square(TEXCOORD_0=folded)).uv.inverted_share == pytest.approx(0.5)
-    assert audit(one_square(TEXCOORD_0=gone)).uv.not_finite == 2
-    assert audit(one_square(TEXCOORD_0=flat)).uv.degenerate == 2
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.tiles
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.outside == 2
-
-
-def test_a_material_with_a_texture_and_no_coordinates_lacks_them() -> None:
-    document = one_square()
-    del document.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]
-
-    assert audit(document).uv.missing == 2
-
-
-@pytest.mark.parametrize("scale", [1e30, -1e30])
-def test_coordinates_far_away_end_in_bounded_work(scale: float) -> None:
-    far = square()["TEXCOORD_0"] * np.float32(scale)
-
-    found = audit(one_square(TEXCOORD_0=far)).uv
-
-    assert found.overlap_share is None
-    assert found.outside == 2
-
-
 def test_normals_against_the_winding_and_broken_ones_are_counted() -> None:
     normals = square()["NORMAL"].copy()
     normals[0], normals[1], normals[2] = (0, 0, -1), (0, 0, 0), (0, 0, 3)
@@ -209,120 +135,6 @@ def test_normals_of_mirroring_and_squeezing_nodes_are_turned_as_viewers_do() -> 
 
     assert found.corners == 3 * len(faces)
     assert (found.opposed_normals, found.zero_normals) == (0, 0)
-
-
-def test_images_are_what_pillow_says_they_are() -> None:
-    out = io.BytesIO()
-    ramp = np.tile(np.arange(256, dtype=np.uint8), (4, 1))
-    Image.fromarray(ramp).convert("RGB").save(out, "PNG")
-    document = one_square()
-    document.json["images"] = [
-        {"bufferView": document.view(out.getvalue())},
-        {"bufferView": document.view(out.getvalue())},
-        {"uri": "not-sent.png"},
-        {"bufferView": document.view(b"no picture at all")},
-    ]
-
-    found = audit(document).textures
-    first = found.images[0]
-
-    assert (first.width, first.height, first.format, first.power_of_two) == (256, 4, "png", True)
-    assert first.luminance_mean == pytest.approx(ramp.mean(), abs=0.5)
-    assert (first.luminance_p1, first.luminance_p99) == pytest.approx((2, 253), abs=1)
-    assert (found.count, found.missing, found.unreadable) == (4, 1, 1)
-    assert (found.duplicates, found.not_square, found.unused) == (1, 2, 3)
-
-
-def test_an_image_that_is_colour_and_data_at_once_is_told() -> None:
-    document = one_square()
-    document.json["materials"][0]["normalTexture"] = {"index": 0}
-
-    assert audit(document).textures.wrong_color_space == 1
-    assert audit(whole()).textures.wrong_color_space == 0
-
-
-def test_an_image_that_lies_about_its_size_is_not_decoded() -> None:
-    data = bytearray(png((1, 2, 3)))
-    data[16:24] = (60_000).to_bytes(4, "big") * 2  # width and height in the header
-    document = one_square()
-    document.json["images"] = [{"bufferView": document.view(bytes(data))}]
-
-    found = audit(document).textures
-
-    assert found.images[0].luminance_mean is None
-    assert found.not_tested + found.unreadable == 1
-
-
-def test_alpha_that_an_opaque_material_ignores_is_told() -> None:
-    document = one_square()
-    document.json["images"] = [{"bufferView": document.view(png((1, 2, 3, 9)))}]
-
-    assert audit(document).textures.unused_alpha == 1
-
-
-def two_squares_of(first: bytes, second: bytes, **material: Any) -> Document:
-    """A square with two materials, each of which has a base colour of its own."""
-    document = one_square()
-    document.json["images"] = [{"bufferView": document.view(data)} for data in (first, second)]
-    document.json["textures"] = [{"source": 0}, {"source": 1}]
-    document.json["materials"] = [
-        {"pbrMetallicRoughness": {"baseColorTexture": {"index": number}}, **material}
-        for number in (0, 1)
-    ]
-    return document
-
-
-def test_the_darkest_base_colour_is_open_where_one_of_them_cannot_be_decoded() -> None:
-    black, grey = png((0, 0, 0), 64, 64), png((90, 90, 90))
-
-    both = audit(two_squares_of(grey, black)).textures
-    cut = audit(two_squares_of(grey, black[:-30])).textures
-
-    assert (both.base_color_luminance_min, both.base_color_luminance_max) == (0, 90)
-    assert cut.images[0].luminance_p1 == 90
-    assert (cut.base_color_luminance_min, cut.base_color_luminance_max) == (None, None)
-
-
-def test_an_image_for_something_else_does_not_keep_luminance_open() -> None:
-    document = two_squares_of(png((90, 90, 90)), b"no picture at all")
-    document.json["materials"][1] = {"occlusionTexture": {"index": 1}}
-
-    assert audit(document).textures.base_color_luminance_min == 90
-
-
-def test_alpha_that_may_be_ignored_is_open_where_an_image_cannot_be_decoded() -> None:
-    whole_one, cut = png((1, 2, 3)), png((1, 2, 3, 9), 64, 64)[:-30]
-
-    assert audit(two_squares_of(whole_one, cut)).textures.unused_alpha is None
-    assert audit(two_squares_of(whole_one, cut, alphaMode="BLEND")).textures.unused_alpha == 0
-
-
-def test_a_normal_map_that_cannot_be_decoded_may_hold_anything() -> None:
-    document = two_squares_of(png((90, 90, 90)), png((9, 9, 9), 64, 64)[:-30])
-    assert audit(document).textures.wrong_color_space == 0
-
-    document.json["materials"][1] = {"normalTexture": {"index": 1}}
-    assert audit(document).textures.wrong_color_space is None
-
-
-def test_materials_are_listed_with_what_is_wrong() -> None:
-    document = whole()
-    document.json["materials"] += [{"name": "twin"}, {"name": "twin"}]
-    del document.json["meshes"][0]["primitives"][0]["material"]
-
-    found = audit(document).materials
-
-    assert found.names == ("painted", "glass", "twin", "twin")
-    assert (found.unused, found.duplicates, found.same_names) == (3, 1, 1)
-    assert (found.without_material, found.blended, found.double_sided) == (2, 1, 1)
-
-
-def test_materials_of_an_obj_that_nobody_defines_are_told() -> None:
-    data = b"mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
-
-    found = audit_obj(data).materials
-
-    assert (found.undefined, found.missing_libraries) == (1, 1)
 
 
 def test_weights_and_joints_that_no_pose_can_use_are_counted() -> None:
@@ -361,38 +173,3 @@ def test_ten_thousand_materials_and_fifty_thousand_nodes_are_looked_at() -> None
 
     assert (found.budget.materials, found.budget.nodes) == (10_001, 50_001)
     assert found.materials.unused == 10_000
-
-
-def islands(*lefts: float) -> bytes:
-    """An OBJ of squares, each a strip of the texture from one of these places, as wide as 0.2."""
-    lines = []
-    for number, left in enumerate(lefts):
-        for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
-            lines += [f"v {2 * number + x} {y} 0", f"vt {left + 0.2 * x} {0.1 + 0.8 * y}"]
-        corners = " ".join(f"{4 * number + each}/{4 * number + each}" for each in (1, 2, 3, 4))
-        lines.append(f"f {corners}")
-    return "\n".join(lines).encode()
-
-
-@pytest.mark.parametrize(
-    ("lefts", "gutter"),
-    [
-        ((0.1, 0.3 + 10 / 1024), 10),
-        ((0.1, 0.3 + 30 / 1024, 0.6), 30),
-        ((0.1, 0.7), 64),
-        ((0.1,), 64),
-    ],
-)
-def test_a_gutter_lies_between_the_islands_that_are_closest(
-    lefts: tuple[float, ...], gutter: int
-) -> None:
-    found = audit_obj(islands(*lefts)).uv.gutter
-
-    assert found is not None
-    assert abs(found - gutter) <= 1
-
-
-def test_the_gutter_of_what_cannot_be_drawn_is_not_tested() -> None:
-    tiled = square()["TEXCOORD_0"] * np.float32(1e6)
-
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.gutter is None

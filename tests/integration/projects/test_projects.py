@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,110 +13,19 @@ from redis import Redis
 from starlette.testclient import TestClient
 
 from meshcone.files import MeshFile
-from service.access.keys import KeyStore, Scope
 from service.api.app import create_app
-from service.api.context import Context
 from service.cli.openapi import describe_api
-from service.dashboard.routes import router
 from service.settings import ServiceSettings
-from worker.broker.connections import connect_text
+from tests.integration.projects.callers import (
+    Caller,
+    caller,
+    content,
+    finish,
+)
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.records import Artifact
 
-SCOPES: tuple[Scope, ...] = ("submit", "read", "delete")
-TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n# "
 VARYING = {"x-request-id", "ratelimit", "ratelimit-policy", "date"}
-
-
-@dataclass(frozen=True)
-class Caller:
-    """Somebody with a key."""
-
-    http: TestClient
-    token: str
-
-    def __call__(self, method: str, path: str, **request: Any) -> Response:
-        headers = {"Authorization": f"Bearer {self.token}", **request.pop("headers", {})}
-        return self.http.request(method, path, headers=headers, **request)
-
-    def send(self, source: bytes, label: str = "", **headers: str) -> Response:
-        files = {"source": ("lantern.obj", source)}
-        data = {"options": '{"mode": "audit"}', "label": label}
-        return self("POST", "/v1/jobs", files=files, data=data, headers=headers)
-
-    def listed(self, **filters: Any) -> list[str]:
-        answer = self("GET", "/v1/jobs", params=filters)
-        assert answer.status_code == 200, answer.text
-        return [job["id"] for job in answer.json()["jobs"]]
-
-
-@pytest.fixture(scope="module")
-def http(broker: EmbeddedBroker, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    """An application that asks for keys."""
-    settings = ServiceSettings(redis_url=broker.url, data_dir=tmp_path_factory.mktemp("projects"))
-    with TestClient(create_app(settings, pages=router)) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
-def redis(broker: EmbeddedBroker) -> Iterator[Redis]:
-    with connect_text(broker.url) as client:
-        yield client
-
-
-def caller(http: TestClient, redis: Redis, project: str, *scopes: Scope) -> Caller:
-    made = KeyStore(redis).create(f"of {project}", scopes or SCOPES, project=project)
-    return Caller(http, made.token)
-
-
-@pytest.fixture(scope="module")
-def owner(http: TestClient, redis: Redis) -> Caller:
-    return caller(http, redis, "lamps")
-
-
-@pytest.fixture(scope="module")
-def stranger(http: TestClient, redis: Redis) -> Caller:
-    return caller(http, redis, "chairs")
-
-
-@pytest.fixture(scope="module")
-def admin(http: TestClient, redis: Redis) -> Caller:
-    return caller(http, redis, "staff", "admin")
-
-
-def content() -> bytes:
-    """A mesh that nobody has sent."""
-    return TRIANGLE + new_job_id().encode()
-
-
-def digest_of(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
-
-
-@pytest.fixture(scope="module")
-def job(owner: Caller) -> str:
-    """A job of the owner's that has made a file of each kind."""
-    job_id = str(owner.send(content(), label="of the owner").json()["id"])
-    finish(owner.http, job_id)
-    return job_id
-
-
-def finish(http: TestClient, job_id: str) -> dict[str, bytes]:
-    """Have a job succeed as a worker would; what it has made."""
-    context: Context = http.app.state.context  # type: ignore[attr-defined]
-    names = (
-        "mesh", "report", "certificate", "preview", "heatmap", "pictures", "thumbnail",
-        "diagnostics_csv",
-    )  # fmt: skip
-    made = {name: json.dumps({"solver": name, "id": job_id}).encode() for name in names}
-    digests = context.blobs.put_all(made.values(), job_id)
-    artifacts = {
-        name: Artifact(digest=digest, media_type="application/json", filename=name, size=len(data))
-        for (name, data), digest in zip(made.items(), digests, strict=True)
-    }
-    context.ledger.succeed(job_id, context.ledger.begin(job_id), artifacts, verdict="pass")
-    return made
 
 
 def operations() -> list[tuple[str, str]]:
@@ -274,70 +180,6 @@ def test_an_idempotency_key_of_another_project_is_another_key(
     jobs = {each.send(mesh, **key).json()["id"] for each in (owner, owner, stranger)}
 
     assert len(jobs) == 2
-
-
-def test_a_file_that_another_project_has_sent_is_not_there(owner: Caller, stranger: Caller) -> None:
-    data = content()
-    path = f"/v1/blobs/{digest_of(data)}"
-    assert owner("PUT", path, content=data).status_code == 201
-    assert owner("HEAD", path).status_code == 200
-
-    foreign, unknown = stranger("HEAD", path), stranger("HEAD", f"/v1/blobs/{'0' * 63}1")
-
-    assert told(foreign) == told(unknown)
-    assert foreign.status_code == 404
-
-
-def test_a_file_that_another_project_has_sent_is_new_all_the_same(
-    owner: Caller, stranger: Caller
-) -> None:
-    data = content()
-    path = f"/v1/blobs/{digest_of(data)}"
-    owner("PUT", path, content=data)
-
-    first, second = stranger("PUT", path, content=data), stranger("PUT", path, content=data)
-
-    assert (first.status_code, second.status_code) == (201, 200)
-    assert stranger("HEAD", path).status_code == 200
-
-
-def named(caller: Caller, digest: str) -> Response:
-    blob = json.dumps({"name": "lantern.obj", "sha256": digest})
-    # Parts without a file name: all in one list, they make the form a multipart one.
-    parts = [("source", (None, blob)), ("options", (None, '{"mode": "audit"}'))]
-    return caller("POST", "/v1/jobs", files=parts)
-
-
-def test_a_job_can_name_the_files_of_its_project_alone(
-    http: TestClient, owner: Caller, stranger: Caller, admin: Caller
-) -> None:
-    sent = content()
-    made = finish(http, str(owner.send(sent).json()["id"]))
-    has = [digest_of(sent), digest_of(made["mesh"])]
-
-    for digest in has:
-        foreign, unknown = named(stranger, digest), named(stranger, "f" * 64)
-        assert foreign.status_code == unknown.status_code == 422
-        assert foreign.json()["detail"].replace(digest, "f" * 64) == unknown.json()["detail"]
-    assert named(owner, has[0]).status_code == 202
-    assert named(admin, has[0]).status_code == 202
-
-
-def test_a_file_goes_from_a_project_with_its_last_job(
-    http: TestClient, owner: Caller, stranger: Caller
-) -> None:
-    mesh = content()
-    jobs = [str(owner.send(mesh).json()["id"]) for _ in range(2)]
-    stranger.send(mesh)
-    path = f"/v1/blobs/{digest_of(mesh)}"
-
-    for job_id in jobs:
-        assert owner("HEAD", path).status_code == 200
-        finish(http, job_id)
-        assert owner("DELETE", f"/v1/jobs/{job_id}").status_code == 204
-
-    assert owner("HEAD", path).status_code == 404
-    assert stranger("HEAD", path).status_code == 200
 
 
 @pytest.mark.usefixtures("job")

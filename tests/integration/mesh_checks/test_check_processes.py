@@ -1,0 +1,172 @@
+"""The processes that sent meshes are checked in: killed, hanging, replaced, ended."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from anyio.from_thread import BlockingPortal
+
+from meshcone.errors import InputError
+from meshcone.files import MeshFile
+from service.api.checking.checks import CHECKS_AT_ONCE, MeshChecks, MeshFiles
+from service.problems import ProblemError
+from service.settings import ServiceSettings
+from tests.integration.mesh_checks.checking import (
+    Pipe,
+    begun,
+    checked,
+)
+from tests.integration.waiting import wait_for
+from tests.processes import children_of, has_ended
+
+
+def test_a_check_that_was_killed_is_done_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe, ball: MeshFile
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("ball.obj", pipe))
+    first = pipe.reader(checks)
+
+    os.kill(first, signal.SIGKILL)
+    pipe.reader(checks, but=first)
+    pipe.give(ball.data[:1000])
+
+    with pytest.raises(InputError, match=r"ball\.obj"):  # it is read, and cut off
+        running.result(60)
+
+
+def test_meshes_that_kill_their_check_twice_are_left_to_a_worker(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("p.obj", pipe))
+    first = pipe.reader(checks)
+    os.kill(first, signal.SIGSEGV)
+    os.kill(pipe.reader(checks, but=first), signal.SIGSEGV)
+
+    assert running.result(60) is False
+    assert checked(portal, checks, mesh, mesh)
+
+
+def test_the_parent_of_all_checks_is_started_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    running = begun(portal, checks, mesh, MeshFiles("p.obj", pipe))
+    parent, child = checks.pid, pipe.reader(checks)
+
+    os.kill(parent, signal.SIGKILL)
+    wait_for(lambda: checks.pid != parent)
+    pipe.reader(checks)
+    pipe.give(b"x")
+
+    with pytest.raises(InputError):
+        running.result(60)
+    wait_for(lambda: has_ended(child))
+
+
+def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles, tmp_path: Path
+) -> None:
+    pipes = [Pipe(tmp_path / str(number)) for number in range(CHECKS_AT_ONCE)]
+    running = [begun(portal, checks, MeshFiles("p.obj", pipe), mesh) for pipe in pipes]
+    for pipe in pipes:
+        pipe.reader(checks)
+
+    with pytest.raises(ProblemError) as caught:
+        checked(portal, checks, mesh, mesh)
+    for pipe in pipes:
+        pipe.give(b"x")
+
+    assert caught.value.problem.status == 503
+    assert caught.value.headers is not None
+    assert int(caught.value.headers["Retry-After"]) > 0
+    for each in running:
+        assert isinstance(each.exception(60), InputError)
+    assert checked(portal, checks, mesh, mesh)
+
+
+def test_a_check_that_does_not_end_is_ended_and_others_go_on(
+    portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe
+) -> None:
+    with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+        parent = checks.pid
+        with pytest.raises(ProblemError) as caught:  # nobody writes what it wants to read
+            checked(portal, checks, MeshFiles("p.obj", pipe), mesh)
+
+        assert caught.value.problem.status == 503
+        # Where it did not fork in time, on a busy machine, it counts as one that hangs.
+        wait_for(lambda: not any(pipe.is_at(pid) for pid in children_of(parent)))
+    with MeshChecks(ServiceSettings()) as checks:
+        assert checked(portal, checks, mesh, mesh)
+
+
+def test_a_parent_of_all_checks_that_hangs_is_replaced(
+    portal: BlockingPortal, mesh: MeshFiles
+) -> None:
+    with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+        hanging = checks.pid
+        assert checked(portal, checks, mesh, mesh)
+        os.kill(hanging, signal.SIGSTOP)
+
+        def check_twice() -> None:  # the child that waits already takes the first
+            for _ in range(2):
+                checked(portal, checks, mesh, mesh)
+
+        with pytest.raises(ProblemError) as caught:
+            check_twice()
+
+        assert caught.value.problem.status == 503
+        assert has_ended(hanging)
+
+
+def test_of_twenty_at_once_two_are_read_and_all_are_answered(
+    portal: BlockingPortal, mesh: MeshFiles, tmp_path: Path
+) -> None:
+    pipes = [Pipe(tmp_path / str(number)) for number in range(CHECKS_AT_ONCE)]
+    with MeshChecks(ServiceSettings()) as checks:
+        first = [begun(portal, checks, MeshFiles("p.obj", pipe), mesh) for pipe in pipes]
+        readers = {pipe.reader(checks) for pipe in pipes}
+        others = [begun(portal, checks, mesh, mesh) for _ in range(20 - CHECKS_AT_ONCE)]
+
+        wait_for(lambda: len(children_of(checks.pid)) == CHECKS_AT_ONCE + 1)  # one for the next
+        assert readers < set(children_of(checks.pid))
+        for pipe in pipes:
+            pipe.give(b"x")
+
+        assert all(isinstance(each.exception(60), InputError) for each in first)
+        assert all(each.result(60) for each in others)
+
+
+def test_a_child_that_is_killed_while_it_waits_is_replaced(
+    portal: BlockingPortal, checks: MeshChecks, mesh: MeshFiles
+) -> None:
+    assert checked(portal, checks, mesh, mesh)
+    wait_for(lambda: bool(children_of(checks.pid)))
+    for waiting in children_of(checks.pid):
+        os.kill(waiting, signal.SIGKILL)
+
+    assert checked(portal, checks, mesh, mesh)
+
+
+_PROGRAM = """
+import sys, time
+from service.api.checking.checks import MeshChecks
+from service.settings import ServiceSettings
+with MeshChecks(ServiceSettings()) as checks:
+    print(checks.pid, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_the_processes_end_with_the_api_however_that_ends() -> None:
+    with subprocess.Popen([sys.executable, "-c", _PROGRAM], stdout=subprocess.PIPE) as api:
+        assert api.stdout is not None
+        parent = int(api.stdout.readline())
+        wait_for(lambda: bool(children_of(parent)))
+        waiting = children_of(parent)
+        api.kill()
+
+    wait_for(lambda: all(map(has_ended, [parent, *waiting])))
