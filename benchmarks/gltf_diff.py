@@ -17,7 +17,7 @@ DRACO = "KHR_draco_mesh_compression"
 EXPECTED = {
     "bounds": r"/accessors/\d+/(min|max)(/\d+)?",
     "buffers": r"/buffers/\d+/(uri|byteLength)",
-    "copies": r"/(meshes|accessors|bufferViews)/\+|/nodes/\d+/mesh"
+    "copies": r"/(meshes|accessors|bufferViews|buffers)/\+|/nodes/\d+/mesh"
     r"|/meshes/\d+/primitives/\d+/attributes/(POSITION|NORMAL|TANGENT)",
     "widened": r"/accessors/\d+/(componentType|normalized|bufferView|byteOffset)",
     "moved views": r"/bufferViews/\d+/(byteOffset|byteLength|target|byteStride)",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,7 +171,6 @@ class GltfAsset(Asset):
             together: meshes that are moved once for all nodes that use them.
         """
         model = self._model
-        ignored = unreadable(model.document, model.accessors)
         if policy.draco == "encode" and model.compressed:
             check_encodable(model.compressed.primitives)
         if policy.instances != "refuse":
@@ -180,7 +180,9 @@ class GltfAsset(Asset):
             apart = as_nodes(model.document, model.accessors, sorted(alone), model.limits)
             model = self._rebuilt(*apart) if apart else model
             moving = Moving.of(model.scene, self._surface, policy, together)
-            split = split_shared(model.document, model.accessors, moving, model.limits, ignored)
+            split = split_shared(
+                model.document, model.accessors, moving, model.limits, self._unreadable
+            )
             if split and model.compressed and policy.draco == "encode":
                 raise InputError("copies of what is shared cannot be compressed; set draco=plain")
             model = self._rebuilt(*split) if split else model
@@ -190,8 +192,12 @@ class GltfAsset(Asset):
             model.document.unknown,
             [placed.primitive.element for placed in moving.primitives],
         )
-        check_ownership(model.document, model.accessors, moving, ignored)
+        check_ownership(model.document, model.accessors, moving, self._unreadable)
         return model
+
+    @cached_property
+    def _unreadable(self) -> frozenset[str]:
+        return unreadable(self._model.document, self._model.accessors)
 
     def _rebuilt(self, document: Document, buffers: Buffers) -> Model:
         model = self._model.rebuilt(document, buffers)

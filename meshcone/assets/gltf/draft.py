@@ -15,6 +15,7 @@ from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
 from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
 
 # Offsets shift by multiples of this, so that whatever was aligned stays aligned.
 _ALIGNMENT = 8
@@ -51,6 +52,8 @@ class Draft:
         self._replaced: dict[int, list[_Piece]] = defaultdict(list)
         self._appended: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
         self._padding: dict[int, int] = {}
+        self._overrun: dict[int, bool] = {}
+        self._further: int | None = None
 
     def put(self, path: Path, value: object) -> None:
         """Set a member of an existing object, or an entry of an existing array."""
@@ -74,11 +77,16 @@ class Draft:
     def store(self, buffer: int, data: bytes, members: dict[str, Any]) -> int:
         """Append bytes to a buffer, as a new buffer view.
 
+        A buffer that some view reaches past stays as long as it is: what is broken must not
+        begin to read what is appended. A new buffer takes the bytes then.
+
         Args:
             buffer: the buffer.
             data: not empty.
             members: further members of the view, such as ``target``.
         """
+        if self._is_overrun(buffer):
+            buffer = self._new_buffer()
         view = {"buffer": buffer, "byteOffset": 0, "byteLength": len(data)} | members
         index = self.append("bufferViews", view)
         self._appended[buffer].append((index, data))
@@ -104,6 +112,10 @@ class Draft:
         binary = None
         for index in sorted({*self._replaced, *self._appended}):
             data = self._rebuilt(index)
+            if index >= len(self._buffers):
+                entry = self._entries["buffers"][index - len(self._buffers)]
+                entry.update(byteLength=len(data), uri=encode_data_uri(data, None))
+                continue
             self.put(("buffers", index, "byteLength"), len(data))
             if self._buffers[index].source == "binary":
                 binary = data + bytes(-len(data) % 4)
@@ -112,6 +124,19 @@ class Draft:
                 self.put(("buffers", index, "uri"), encode_data_uri(data, uri))
         document = self._document.changed(change_json(self._document.text, self._json_changes()))
         return document, self._buffers.belonging_to(document, binary)
+
+    def _is_overrun(self, buffer: int) -> bool:
+        if buffer not in self._overrun:
+            length = self._buffers[buffer].length
+            self._overrun[buffer] = any(
+                view.value.get("buffer") == buffer and _end(view) > length for view in self._views
+            )
+        return self._overrun[buffer]
+
+    def _new_buffer(self) -> int:
+        if self._further is None:
+            self._further = self.append("buffers", {"byteLength": 0, "uri": ""})
+        return self._further
 
     def _json_changes(self) -> JsonChanges:
         changes = JsonChanges(removed=self._removed)
@@ -152,7 +177,9 @@ class Draft:
         return alone
 
     def _rebuilt(self, buffer: int) -> bytes:
-        old = memoryview(self._buffers[buffer].data)[: self._buffers[buffer].length]
+        old = memoryview(b"")
+        if buffer < len(self._buffers):
+            old = memoryview(self._buffers[buffer].data)[: self._buffers[buffer].length]
         pieces = sorted(self._replaced[buffer], key=lambda piece: piece.start)
         parts: list[bytes | memoryview] = []
         copied = 0
@@ -184,6 +211,14 @@ class Draft:
             self.put(("bufferViews", view, "byteOffset"), offset)
         else:
             self._entries["bufferViews"][view - len(self._views)]["byteOffset"] = offset
+
+
+def _end(view: Element) -> int:
+    """Where a view that may be malformed ends; 0 if that cannot be told."""
+    try:
+        return _extent(view)[2]
+    except InputError:
+        return 0
 
 
 def _extent(view: Element) -> tuple[int, int, int]:

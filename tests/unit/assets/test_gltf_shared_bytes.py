@@ -117,7 +117,10 @@ def test_what_reaches_past_its_buffer_is_in_nobodys_way() -> None:
     beyond = window(gltf, 0, first=0, count=24, bufferView=len(gltf.json["bufferViews"]) - 1)
     gltf.json["images"] = [{"bufferView": len(gltf.json["bufferViews"]) - 1}]
     _, data = moved(gltf)
-    assert chunks(data)[0]["accessors"][beyond] == gltf.json["accessors"][beyond]
+    document, binary = chunks(data)
+    assert document["accessors"][beyond] == gltf.json["accessors"][beyond]
+    assert len(binary) == len(gltf.binary)  # it would read what is appended
+    assert len(document["buffers"]) == 2
 
 
 def test_rows_of_sparse_accessors_may_be_the_same_bytes() -> None:
