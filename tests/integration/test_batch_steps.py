@@ -240,6 +240,21 @@ def test_a_batch_that_is_canceled_while_it_is_entered_has_no_job_that_goes_on(
     assert not batches.request_cancel(batch.id)  # it has ended
 
 
+@pytest.mark.parametrize("pairs", [1, 3])
+def test_a_batch_that_is_canceled_before_any_job_is_entered_counts_all_as_canceled(
+    batches: Batches, ledger: Ledger, queue: JobQueue, pairs: int
+) -> None:
+    batch, _ = accepted(batches, pairs)
+
+    batches.request_cancel(batch.id)
+    carry_through(batch.id, batches, queue)
+
+    record = batches.get(batch.id)
+    assert record.finished is not None
+    assert batches.counts(record).states["canceled"] == pairs
+    assert known_jobs(ledger, batch) == []
+
+
 def test_a_batch_goes_with_the_last_of_its_jobs(
     batches: Batches, ledger: Ledger, redis: Redis
 ) -> None:

@@ -161,6 +161,21 @@ def test_a_short_lease_does_not_cut_a_long_one(register: BlobRegister, blobs: Bl
     assert blobs.exists(digest)
 
 
+def test_a_blob_that_has_another_name_by_now_is_not_set_aside_again(
+    register: BlobRegister, blobs: BlobStore
+) -> None:
+    digest = blobs.put(something(), "somebody")
+    [first] = register.names_of([digest])
+    assert first is not None
+
+    assert register.set_aside(digest, first)
+    [second] = register.names_of([digest])
+
+    assert second not in (None, first)
+    assert not register.set_aside(digest, first)
+    assert register.names_of([digest]) == [second]
+
+
 class StallingDirectory(Directory):
     """A store whose removals take effect when the test says so."""
 

@@ -188,3 +188,16 @@ def test_steps_are_counted(ledger: Ledger, queued_job: JobRecord) -> None:
     for name in ("transitions::queued", "transitions:running:failed", "failures:limit"):
         assert after[name] == before.get(name, 0) + 1
     assert after["seconds:queued"] > before.get("seconds:queued", 0)
+
+
+def test_what_is_forgotten_is_counted_once(ledger: Ledger, queued_job: JobRecord) -> None:
+    finish(ledger, queued_job)
+    before = ledger.index.counters()
+
+    ledger.expire(queued_job.id)
+    ledger.expire(queued_job.id)
+    ledger.delete(queued_job.id)
+
+    after = ledger.index.counters()
+    for name in ("expired", "deleted"):
+        assert after[name] == before.get(name, 0) + 1

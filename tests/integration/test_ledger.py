@@ -46,6 +46,16 @@ def test_a_succeeded_job_is_done_in_full(ledger: Ledger, queued_job: JobRecord) 
     )
 
 
+def test_a_succeeded_job_says_how_long_its_stages_took(
+    ledger: Ledger, queued_job: JobRecord
+) -> None:
+    ledger.create(queued_job)
+
+    ledger.succeed(queued_job.id, ledger.begin(queued_job.id), {}, timings={"solve": 1.5})
+
+    assert ledger.get(queued_job.id).timings == {"solve": 1.5}
+
+
 def test_a_failed_job_says_why(ledger: Ledger, queued_job: JobRecord) -> None:
     ledger.create(queued_job)
 

@@ -183,6 +183,17 @@ def test_an_incomplete_job_waits_in_no_line_of_workers(ledger: Ledger, queue: Jo
     assert queue.waiting() == set()
 
 
+def test_jobs_are_known_whose_files_are_still_to_be_fetched(ledger: Ledger) -> None:
+    remote = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
+    first, second, canceled = (make_job().model_copy(update={"source": remote}) for _ in range(3))
+    for record in (first, second, canceled, make_job()):
+        ledger.create(record)
+
+    ledger.cancel(canceled.id)
+
+    assert ledger.index.incomplete() == {first.id, second.id}
+
+
 class TestFetching:
     """Whose files are fetched next."""
 
@@ -299,6 +310,12 @@ class TestRoom:
         ledger.begin(record.id)
 
         assert self.fill(ledger, owner="ann") == 1
+
+    def test_the_last_place_is_room_for_one_job(self, ledger: Ledger) -> None:
+        for _ in range(self.CAPACITY - 1):
+            ledger.create(make_job())
+
+        assert ledger.has_room(self.CAPACITY, "default", None)
 
     def test_several_jobs_need_room_for_all_of_them(self, ledger: Ledger) -> None:
         ledger.create(make_job())

@@ -17,7 +17,7 @@ from worker.jobs.identifiers import new_job_id
 from worker.jobs.index import JobFilter
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import job_keys
-from worker.jobs.records import JobRecord
+from worker.jobs.records import JobRecord, Verdict
 from worker.storage.blobs import BlobStore
 from worker.storage.local import Directory
 from worker.storage.register import BlobRegister
@@ -42,10 +42,15 @@ def older(redis: Redis, ledger: Ledger, register: BlobRegister, tmp_path: Path) 
     blobs = BlobStore(Directory(tmp_path / "blobs"), register)
     job = stored_job(blobs, MeshFile("mug.obj", new_job_id().encode()), labels=("night",))
     ledger.create(job)
-    redis.hdel(job_keys(job.id)[0], "project")
+    without_projects(redis, job.id)
+    return job
+
+
+def without_projects(redis: Redis, job_id: str) -> None:
+    """Leave a job as a version without projects does."""
+    redis.hdel(job_keys(job_id)[0], "project")
     for key in redis.keys("meshcone:project*"):
         redis.delete(key)
-    return job
 
 
 def listed(ledger: Ledger, **wanted: object) -> list[str]:
@@ -67,6 +72,20 @@ def test_a_look_at_all_jobs_puts_them_into_the_default_project(
     assert ledger.index.count("queued", DEFAULT) == 1
     assert register.is_had(older.source.digest, DEFAULT)
     assert not register.is_had(older.source.digest, "other")
+
+
+@pytest.mark.parametrize("verdict", ["pass", None])
+def test_one_that_has_succeeded_is_found_there_by_what_its_gates_say(
+    redis: Redis, ledger: Ledger, older: JobRecord, verdict: Verdict | None
+) -> None:
+    ledger.succeed(older.id, ledger.begin(older.id), {}, verdict=verdict)
+    without_projects(redis, older.id)
+
+    ledger.place_by_project(10)
+
+    assert listed(ledger, project=DEFAULT, state="succeeded") == [older.id]
+    expected = [] if verdict is None else [older.id]
+    assert listed(ledger, project=DEFAULT, verdict="pass") == expected
 
 
 def test_a_step_of_such_a_job_puts_it_there_too(

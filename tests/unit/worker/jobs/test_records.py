@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from worker.jobs.records import JobRecord, StoredFile
+from worker.jobs.records import JobProgress, JobRecord, StoredFile
 
 MESH, BUFFER, OTHER = (
     StoredFile(name=name, digest=letter * 64, size=3)
@@ -36,3 +36,15 @@ def test_each_side_keeps_its_own_file_of_a_name() -> None:
     assert kept.source_resources == (BUFFER,)
     assert kept.reference_resources == (OTHER,)
     assert set(kept.files) == {MESH, BUFFER, OTHER}
+
+
+def test_a_job_has_come_no_way_while_its_files_are_fetched() -> None:
+    fetching = JobProgress.fetching()
+
+    assert (fetching.round, fetching.rounds, fetching.fraction) == (0, 0, 0.0)
+
+
+def test_a_job_that_reported_no_round_ends_with_none() -> None:
+    done = JobProgress.done(None)
+
+    assert (done.round, done.rounds, done.fraction) == (0, 0, 1.0)
