@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from meshcone.program.fused import add_smoothed
+from meshcone.program.fused import add_smoothed, add_smoothed_blocks
 from meshcone.program.vertex_blocks import VertexBlocks
-from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.arrays import Floats, Ints32, row_dot
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,7 @@ class Fairness:
 
     def add_to(self, result: Floats, positions: Floats) -> None:
         """Add Lᵀ W L X to (n, 3) numbers."""
-        L = self.laplacian
-        rows = L.indptr, L.indices, L.data
+        rows = self._rows
         add_smoothed(positions, *rows, self.weights, self.outline, self.normals, result)
 
     @cached_property
@@ -61,18 +60,9 @@ class Fairness:
         """The fairness where every vertex is at the origin."""
         return float(np.sum(self.rest * self._weighted(self.rest)))
 
-    @property
-    def diagonal_blocks(self) -> VertexBlocks:
-        """The 3×3 blocks on the diagonal of Lᵀ W L."""
-        return VertexBlocks(self.laplacian.power(2).T @ self._blocks.entries)
-
-    def matrix(self) -> sparse.csr_array:
-        """Return Lᵀ W L over all coordinates, (3n, 3n)."""
-        count = len(self.weights)
-        places = np.arange(count, dtype=np.int32), np.arange(count + 1, dtype=np.int32)
-        weights = sparse.bsr_array((self._blocks.full(), *places), shape=(3 * count, 3 * count))
-        spread = sparse.kron(self.laplacian, sparse.eye_array(3)).tocsr()
-        return sparse.csr_array(spread.T @ weights.tocsr() @ spread)
+    def add_blocks_to(self, entries: Floats) -> None:
+        """Add the 3×3 blocks on the diagonal of Lᵀ W L to (n, 6) entries of such blocks."""
+        add_smoothed_blocks(*self._rows, self.weights, self.outline, self.normals, entries)
 
     def _weighted(self, vectors: Floats) -> Floats:
         result = (self.weights + self.outline)[:, None] * vectors
@@ -82,6 +72,11 @@ class Fairness:
         return np.asarray(result)
 
     @property
-    def _blocks(self) -> VertexBlocks:
+    def _rows(self) -> tuple[Ints32, Ints32, Floats]:
+        return self.laplacian.indptr, self.laplacian.indices, self.laplacian.data
+
+    @property
+    def blocks(self) -> VertexBlocks:
+        """The blocks of W."""
         across = VertexBlocks.of_planes(-self.outline, self.normals, 0.0)
         return across.plus_isotropic(self.weights + self.outline)

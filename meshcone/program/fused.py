@@ -1,7 +1,8 @@
-"""The surface objective's products, term by term in one pass over memory each.
+"""The surface objective's products and diagonal blocks, each term in one pass over memory.
 
 A pull is w (n nᵀ + τ I) on a point; fairness is Lᵀ W L, L with one row for each vertex; a point
-that a mesh carries is the weighted sum of a face's corners.
+that a mesh carries is the weighted sum of a face's corners. Of a symmetric block the entries
+xx, yy, zz, xy, xz and yz are kept.
 """
 
 from __future__ import annotations
@@ -80,9 +81,71 @@ def add_smoothed(
             out[j, 2] += entry * z
 
 
+@compiled(f"void(int64[:,::1], {_ROWS}, {_ROWS}, {_ROWS})")
+def add_to_corners(corners: Ints, shares: Floats, forces: Floats, out: Floats) -> None:
+    """Add Bᵀ f to n vectors, for k forces on points that the corners carry."""
+    for k in range(len(corners)):
+        for corner in range(3):
+            vertex, share = corners[k, corner], shares[k, corner]
+            for axis in range(3):
+                out[vertex, axis] += share * forces[k, axis]
+
+
+@compiled()
+def _add_block(
+    out: Floats, row: int, along: float, nx: float, ny: float, nz: float, across: float
+) -> None:
+    """Add a n nᵀ + b I to one block."""
+    out[row, 0] += along * nx * nx + across
+    out[row, 1] += along * ny * ny + across
+    out[row, 2] += along * nz * nz + across
+    out[row, 3] += along * nx * ny
+    out[row, 4] += along * nx * nz
+    out[row, 5] += along * ny * nz
+
+
+@compiled(f"void({_NUMBERS}, {_ROWS}, float64, {_ROWS})")
+def add_pulled_blocks(weights: Floats, normals: Floats, tau: float, out: Floats) -> None:
+    """Add the diagonal blocks of pulls on n vertices."""
+    for i in range(len(weights)):
+        w = weights[i]
+        _add_block(out, i, w, normals[i, 0], normals[i, 1], normals[i, 2], w * tau)
+
+
+@compiled(f"void(int64[:,::1], {_ROWS}, {_NUMBERS}, {_ROWS}, float64, {_ROWS})")
+def add_carried_blocks(
+    corners: Ints, shares: Floats, weights: Floats, normals: Floats, tau: float, out: Floats
+) -> None:
+    """Add the diagonal blocks of pulls on k points that n vertices carry."""
+    for k in range(len(corners)):
+        nx, ny, nz = normals[k, 0], normals[k, 1], normals[k, 2]
+        for corner in range(3):
+            w = shares[k, corner] ** 2 * weights[k]
+            _add_block(out, corners[k, corner], w, nx, ny, nz, w * tau)
+
+
+@compiled(f"void({_SPARSE}, {_NUMBERS}, {_NUMBERS}, {_ROWS}, {_ROWS})")
+def add_smoothed_blocks(
+    starts: Ints32,
+    columns: Ints32,
+    entries: Floats,
+    weights: Floats,
+    outline: Floats,
+    normals: Floats,
+    out: Floats,
+) -> None:
+    """Add the diagonal blocks of Lᵀ W L, as in :func:`add_smoothed`."""
+    for i in range(len(weights)):
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+        along, both = -outline[i], weights[i] + outline[i]
+        for k in range(starts[i], starts[i + 1]):
+            squared = entries[k] ** 2
+            _add_block(out, columns[k], squared * along, nx, ny, nz, squared * both)
+
+
 @compiled(f"void({_ROWS}, {_ROWS}, {_ROWS})")
 def multiply_blocks(blocks: Floats, vectors: Floats, out: Floats) -> None:
-    """Multiply n symmetric blocks, of entries xx, yy, zz, xy, xz and yz, with n vectors."""
+    """Multiply n symmetric blocks with n vectors."""
     for i in range(len(vectors)):
         x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
         out[i, 0] = blocks[i, 0] * x + blocks[i, 3] * y + blocks[i, 4] * z

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -40,15 +39,6 @@ class PlanePull:
         """The matrices w (n nᵀ + τ I), k of them."""
         return VertexBlocks.of_planes(self.weights, self.normals, self.tangential)
 
-    def roots(self, added: float = 0.0) -> Floats:
-        """Return (k, 3, 3) symmetric S, S S = w (n nᵀ + τ I) + added I, for n of length 1 or 0."""
-        across = np.sqrt(self.weights * self.tangential + added)
-        along = np.sqrt(self.weights * (1 + self.tangential) + added)
-        outer = self.normals[:, :, None] * self.normals[:, None, :]
-        return np.asarray((along - across)[:, None, None] * outer) + (
-            across[:, None, None] * np.eye(3)
-        )
-
     @property
     def value_at_zero(self) -> float:
         """The pull's value when every point is at the origin."""
@@ -72,15 +62,10 @@ class SurfacePoints:
     weights: Floats
     vertex_count: int
 
-    @cached_property
+    @property
     def gather(self) -> sparse.csr_array:
         """B of shape (k, n): positions to points."""
         count = len(self.corners)
         offsets = np.arange(0, 3 * count + 1, 3, dtype=np.int32)
         data = (self.weights.ravel(), self.corners.ravel().astype(np.int32), offsets)
         return sparse.csr_array(data, shape=(count, self.vertex_count))
-
-    @cached_property
-    def scatter(self) -> sparse.csr_array:
-        """Bᵀ of shape (n, k)."""
-        return self.gather.T.tocsr()

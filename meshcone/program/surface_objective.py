@@ -13,15 +13,22 @@ chosen between rounds, which is what keeps each round convex.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.coupled_blocks import coupled_blocks
 from meshcone.program.fairness import Fairness
-from meshcone.program.fused import add_carried, add_pulled
+from meshcone.program.fused import (
+    add_carried,
+    add_carried_blocks,
+    add_pulled,
+    add_pulled_blocks,
+    add_to_corners,
+)
 from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.surface.arrays import Floats
@@ -57,7 +64,8 @@ class SurfaceObjective:
         pulled = self.forward.apply(self.forward.targets) + self.proximity * self.previous
         pulled = pulled + self.fairness.pulled
         if self.backward is not None and self.carried is not None:
-            pulled = pulled + self.carried.scatter @ self.backward.apply(self.backward.targets)
+            forces = self.backward.apply(self.backward.targets)
+            add_to_corners(self.carried.corners, self.carried.weights, forces, pulled)
         return np.asarray(-2 * pulled).ravel()
 
     @cached_property
@@ -85,22 +93,29 @@ class SurfaceObjective:
 
     def diagonal_blocks(self) -> VertexBlocks:
         """Return the 3×3 blocks on the diagonal of P."""
-        result = self.forward.blocks + self.fairness.diagonal_blocks
-        result = result.plus_isotropic(np.full(len(self.previous), self.proximity))
-        if self.backward is not None and self.carried is not None:
-            shares = self.carried.scatter.power(2)
-            result += VertexBlocks(shares @ self.backward.blocks.entries)
-        return result.scaled(2)
+        entries = np.zeros((len(self.previous), 6))
+        entries[:, :3] = self.proximity
+        forward, backward, carried = self.forward, self.backward, self.carried
+        add_pulled_blocks(forward.weights, forward.normals, forward.tangential, entries)
+        self.fairness.add_blocks_to(entries)
+        if backward is not None and carried is not None:
+            at, pull = (carried.corners, carried.weights), (backward.weights, backward.normals)
+            add_carried_blocks(*at, *pull, backward.tangential, entries)
+        return VertexBlocks(2 * entries)
 
     def matrix(self) -> sparse.csc_array:
         """Return P, (3n, 3n)."""
-        return sparse.csc_array(2 * (self._data_blocks().tocsr() + self.fairness.matrix()))
+        fairness = self.fairness
+        whole = self._coupled([fairness.laplacian], [fairness.blocks]).tocsr()
+        whole.eliminate_zeros()  # fairness alone couples no two directions
+        # What is symmetric has the same arrays by rows and by columns.
+        return sparse.csc_array((2 * whole.data, whole.indices, whole.indptr), shape=whole.shape)
 
     def product(self) -> Callable[[Floats], Floats]:
         """Return x ↦ P x as a function worth its preparation when it is called dozens of times."""
         if len(self.previous) > _ASSEMBLED_UP_TO:
             return self.apply
-        data = self._data_blocks()
+        data = self._coupled()
 
         def apply(x: Floats) -> Floats:
             smoothed = self.fairness.apply(x.reshape(-1, 3))
@@ -108,22 +123,16 @@ class SurfaceObjective:
 
         return apply
 
-    def _data_blocks(self) -> sparse.bsr_array:
-        """Return ½ P without the fairness, whose 3×3 blocks couple the corners of faces.
-
-        Written as RᵀR, where R has a block for every vertex a pull acts on.
-        """
-        count = len(self.previous)
-        places, roots = [np.arange(count)], [self.forward.roots(self.proximity)]
-        lengths = [np.ones(count, dtype=np.int64)]
+    def _coupled(
+        self, factors: Sequence[sparse.csr_array] = (), blocks: Sequence[VertexBlocks] = ()
+    ) -> sparse.bsr_array:
+        """Return ½ P without the fairness, but with what other rows add."""
+        forward = self.forward.blocks.plus_isotropic(np.array(self.proximity))
+        factors = [sparse.eye_array(len(self.previous), format="csr"), *factors]
+        blocks = [forward, *blocks]
         if self.backward is not None and self.carried is not None:
-            carried = self.carried
-            shares = carried.weights[:, :, None, None] * self.backward.roots()[:, None]
-            places.append(carried.corners.ravel())
-            roots.append(shares.reshape(-1, 3, 3))
-            lengths.append(np.full(len(carried.corners), 3))
-        offsets = np.concatenate([[0], np.cumsum(np.concatenate(lengths))]).astype(np.int32)
-        data = (np.concatenate(roots), np.concatenate(places).astype(np.int32), offsets)
-        shape = (3 * (len(offsets) - 1), 3 * count)
-        factor = sparse.bsr_array(data, shape=shape)
-        return sparse.bsr_array(factor.T @ factor)
+            factors.append(self.carried.gather)
+            blocks.append(self.backward.blocks)
+        entries = np.concatenate([each.entries for each in blocks])
+        stacked = sparse.csr_array(sparse.vstack(factors, format="csr"))
+        return coupled_blocks(stacked, VertexBlocks(entries))

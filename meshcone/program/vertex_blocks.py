@@ -41,14 +41,10 @@ class VertexBlocks:
         """Add block by block."""
         return VertexBlocks(self.entries + other.entries)
 
-    def scaled(self, factor: float) -> VertexBlocks:
-        """Multiply every block by a number."""
-        return VertexBlocks(factor * self.entries)
-
     def plus_isotropic(self, values: Floats) -> VertexBlocks:
-        """Add v I to each block, for (n,) values."""
+        """Add v I to each block, for (n,) values or one."""
         entries = self.entries.copy()
-        entries[:, :3] += values[:, None]
+        entries[:, :3] += values[..., None]
         return VertexBlocks(entries)
 
     def mean_diagonal(self) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshcone.surface.arrays import Floats, Ints, row_dot
+from meshcone.surface.arrays import Floats, Ints
 from meshcone.surface.mesh import Mesh
 
 
@@ -50,14 +50,11 @@ def barycentric_weights(points: Floats, mesh: Mesh, faces: Ints) -> Floats:
     Coordinates are clipped to the triangle and sum to one; a face without area gives
     its corners equal weight.
     """
-    a, b, c = (mesh.vertices.take(corner, axis=0) for corner in mesh.faces.take(faces, axis=0).T)
-    first, second, offset = b - a, c - a, points - a
-    d00, d01, d11 = row_dot(first, first), row_dot(first, second), row_dot(second, second)
-    d20, d21 = row_dot(offset, first), row_dot(offset, second)
-    determinant = d00 * d11 - d01 * d01
-    flat = determinant <= 1e-14 * d00 * d11
-    safe = np.where(flat, 1.0, determinant)
-    v = np.where(flat, 1 / 3, (d11 * d20 - d01 * d21) / safe)
-    w = np.where(flat, 1 / 3, (d00 * d21 - d01 * d20) / safe)
-    weights = np.stack([1 - v - w, v, w], axis=1).clip(0, 1)
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+    # Numba takes a while to import, and not all who read meshes need it.
+    from meshcone.surface.face_points import find_shares
+
+    shares = np.empty((len(points), 3))
+    points = np.require(points, np.float64, ["C", "W"])
+    faces = np.require(faces, np.int64, ["C", "W"])
+    find_shares(points, mesh.vertices, mesh.faces, faces, shares)
+    return shares

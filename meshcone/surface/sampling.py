@@ -67,8 +67,12 @@ def sample_surface(
     faces = np.minimum(faces, len(mesh.faces) - 1)
     root = np.sqrt(uniform[:, 1])
     weights = np.stack([1 - root, root * (1 - uniform[:, 2]), root * uniform[:, 2]], axis=1)
-    points = np.einsum("ij,ijk->ik", weights, mesh.vertices[mesh.faces[faces]])
-    return SurfaceSamples(points, mesh.face_normals[faces], faces)
+    # Numba takes a while to import, and not all who read meshes need it.
+    from meshcone.surface.face_points import place
+
+    points = np.empty((count, 3))
+    place(weights, mesh.vertices, mesh.faces, faces, points)
+    return SurfaceSamples(points, mesh.face_normals.take(faces, axis=0), faces)
 
 
 def _unit_cube(count: int, seed: int, method: SamplingMethod) -> Floats:

@@ -36,10 +36,12 @@ def sobol_points(exponent: int, seed: int) -> Floats:
     shift = random.integers(2, size=(_DIMENSIONS, _BITS), dtype=np.uint32) @ weights
     matrices = random.integers(2, size=(_DIMENSIONS, _BITS, _BITS), dtype=np.uint32)
     steps = _scrambled(_direction_numbers(), np.tril(matrices).astype(np.int64))
-    points = shift[None]
-    for step in steps.T[:exponent]:  # the second half of a Gray code is the first one mirrored
-        points = np.concatenate([points, points[::-1] ^ step])
-    return np.asarray(points * 0.5**_BITS)
+    points = np.empty((2**exponent, _DIMENSIONS), dtype=np.int32)  # which holds 30 bits
+    points[0] = shift
+    for bit, step in enumerate(steps.T[:exponent].astype(np.int32)):
+        half = 2**bit  # the second half of a Gray code is the first one mirrored
+        np.bitwise_xor(points[half - 1 :: -1], step, out=points[half : 2 * half])
+    return points * 0.5**_BITS
 
 
 def _direction_numbers() -> Ints:

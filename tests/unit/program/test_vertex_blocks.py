@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from meshcone.program.coupled_blocks import coupled_blocks
 from meshcone.program.vertex_blocks import CongruenceBlocks, VertexBlocks
 
 
@@ -28,12 +29,25 @@ def test_the_inverse_times_the_block_is_the_identity():
     np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), product.shape), atol=1e-12)
 
 
-def test_sums_and_multiples_are_those_of_the_matrices():
+def test_sums_are_those_of_the_matrices():
     blocks = some_blocks()
 
-    total = (blocks + blocks.scaled(2)).plus_isotropic(np.ones(7))
+    total = (blocks + blocks).plus_isotropic(np.ones(7))
 
-    np.testing.assert_allclose(total.full(), 3 * blocks.full() + np.eye(3))
+    np.testing.assert_allclose(total.full(), 2 * blocks.full() + np.eye(3))
+
+
+def test_coupled_blocks_are_the_product_over_all_coordinates():
+    draw = np.random.default_rng(2)
+    factor = sparse.random_array((7, 5), density=0.5, rng=draw, format="csr")
+    weights = some_blocks()
+
+    product = coupled_blocks(factor, weights)
+
+    spread = np.kron(factor.toarray(), np.eye(3))
+    whole = spread.T @ sparse.block_diag(list(weights.full())).toarray() @ spread
+    np.testing.assert_allclose(product.toarray(), whole, atol=1e-12)
+    assert product.has_sorted_indices
 
 
 def test_the_blocks_of_a_congruence_are_those_on_its_diagonal():

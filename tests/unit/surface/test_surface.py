@@ -124,3 +124,16 @@ def test_a_face_without_area_has_even_weights():
     weights = barycentric_weights(np.array([[0.5, 0, 0]]), flat, np.array([0]))
 
     np.testing.assert_allclose(weights, 1 / 3)
+
+
+def test_a_mesh_that_nobody_can_write_to_is_sampled_like_any_other():
+    mesh = torus(8, 6)
+    locked = Mesh(mesh.vertices.copy(), mesh.faces.copy())
+    for array in (locked.vertices, locked.faces):
+        array.flags.writeable = False
+
+    samples = sample_surface(locked, 10, seed=0)
+    weights = barycentric_weights(samples.points, locked, samples.faces)
+
+    np.testing.assert_array_equal(samples.points, sample_surface(mesh, 10, seed=0).points)
+    np.testing.assert_allclose(weights.sum(axis=1), 1)
