@@ -17,7 +17,7 @@ _RELIEF = {
     "tolerance_band": "widen the band or align the meshes first (cones.tolerance_band, align)",
     **dict.fromkeys(
         ("stay", "stay_on_edges", "stay_on_faces"),
-        "stay less far away or on the other side (cones.offset, cones.stay)",
+        "allow a smaller distance or the other side (cones.offset, cones.stay)",
     ),
 }
 

@@ -206,7 +206,7 @@ class Notice:
 
 
 class WarningRecord(BaseModel):
-    """Something to know of a file or of the pair that is no error.
+    """Something to know of a file or of the pair that is not an error.
 
     A plain text, as earlier reports have it, is read as a warning without a code.
     """
@@ -256,7 +256,7 @@ class Told:
 
 
 def meaning_of(code: str) -> str:
-    """What a code says in general; the code itself where it is none of this version's."""
+    """What a code says in general; the code itself if this version does not know it."""
     return _MEANINGS.get(code, code)
 
 

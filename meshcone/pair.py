@@ -265,7 +265,7 @@ class Pair:
         return positions, seam
 
     def opened(self, written: Asset) -> float:
-        """Measure how far a patched copy opens triangles that are no face of the source.
+        """Measure how far a patched copy opens triangles that are not faces of the source.
 
         Such a triangle has two corners at one place. It has no area as long as two still are.
 

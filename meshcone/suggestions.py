@@ -1,4 +1,4 @@
-"""What is wrong with a document, and what who wrote it may have meant."""
+"""What is wrong with a document, and what its author may have meant."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ SECURITY_HEADERS = {
 
 @dataclass(frozen=True)
 class ProblemType:
-    """One kind of problem: who is responsible, the HTTP status and a title that never changes."""
+    """One kind of problem: who is responsible, the HTTP status, and a title for all of its kind."""
 
     kind: ErrorKind
     status: int
@@ -60,12 +60,12 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     # what only HTTP can say
     "bad-request": ProblemType("input", 400, "The request cannot be read"),
     "unauthorized": ProblemType("input", 401, "An API key is needed"),
-    "forbidden": ProblemType("input", 403, "This may not be done"),
-    "not-found": ProblemType("input", 404, "There is nothing here"),
-    "method-not-allowed": ProblemType("input", 405, "This cannot be done here"),
+    "forbidden": ProblemType("input", 403, "Not permitted"),
+    "not-found": ProblemType("input", 404, "Not found"),
+    "method-not-allowed": ProblemType("input", 405, "Method not allowed"),
     "media-type": ProblemType("input", 415, "The request is not a multipart form"),
     "slow-request": ProblemType("input", 408, "The request came too slowly"),
-    "gone": ProblemType("input", 410, "This is no longer kept"),
+    "gone": ProblemType("input", 410, "No longer available"),
     "range": ProblemType("input", 416, "The file has no such part"),
     "hash-mismatch": ProblemType("input", 422, "The content has another hash than its name"),
     "key-in-use": ProblemType("input", 409, "The Idempotency-Key is in use"),
@@ -173,7 +173,7 @@ def _broker_words(error: Exception) -> str:
 def queue_full() -> ProblemError:
     """What to raise where no more jobs are let in."""
     return ProblemError(
-        problem("queue-full", "as many jobs are waiting as this installation lets wait"),
+        problem("queue-full", "the queue is full; try again later"),
         {"Retry-After": "10"},
     )
 

@@ -18,7 +18,7 @@ def _origins(text: str) -> str:
         url = urlsplit(origin)
         is_origin = url.scheme in ("http", "https") and f"{url.scheme}://{url.netloc}" == origin
         if origin != "*" and not (is_origin and url.hostname):
-            raise ValueError(f"'{origin}' is no origin, such as https://assets.example.org")
+            raise ValueError(f"'{origin}' is not an origin, such as https://assets.example.org")
     return text
 
 

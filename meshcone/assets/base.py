@@ -163,7 +163,7 @@ class Asset(abc.ABC):
 
     @property
     def collapsed(self) -> int:
-        """How many triangles of the file are no face, for corners of theirs are at one place."""
+        """How many triangles of the file are not among the faces: two of their corners coincide."""
         return len(self._surface.triangles) - len(self.faces)
 
     @property

@@ -94,16 +94,19 @@ def _read_archive(
 def _require_archive(policy: ReadPolicy) -> None:
     if policy.member is not None and "member" not in policy.inherited:
         raise InputError(
-            f"option 'member' names '{policy.member[:200]}' in an archive, and this is none"
+            f"option 'member' names '{policy.member[:200]}' in an archive, but the file is not an "
+            "archive"
         )
 
 
 def _require_choice(policy: ReadPolicy) -> None:
     """Refuse to read as it is a file of another format than one that has scenes."""
     if policy.lod > 0:
-        raise InputError(f"option 'lod': only a glTF has a level {policy.lod}, and this is none")
+        raise InputError(
+            "option 'lod': only a glTF has levels of detail, and this file is not a glTF"
+        )
     if policy.scene not in (None, ALL_SCENES) and "scene" not in policy.inherited:
-        raise InputError("option 'scene': only a glTF has scenes, and this is none")
+        raise InputError("option 'scene': only a glTF has scenes, and this is not a glTF")
 
 
 def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
@@ -131,7 +134,7 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
         expected = "'glTF'" if suffix == ".glb" else "a JSON object"
         raise InputError(f"the file does not start with {expected}", place="byte 0")
     if suffix != ".obj" and not _OBJ_VERTEX.search(data):
-        raise InputError(f"this is not a mesh file that is known here; expected {_ACCEPTED}")
+        raise InputError(f"this is not a known kind of mesh file; expected {_ACCEPTED}")
     return read_obj(name, data, resources, limits)
 
 

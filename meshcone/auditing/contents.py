@@ -25,7 +25,7 @@ _ROUNDING = 5  # decimals that exporters keep of a factor
 
 @dataclass(frozen=True)
 class Fact:
-    """What is said of one thing, in words, by the name of the property."""
+    """One thing's properties: their values in words, by name."""
 
     properties: Mapping[str, str]
 
@@ -204,7 +204,7 @@ def animations(content: Content) -> dict[str, Fact]:
 
 
 def fittings(found: Sequence[Fitting]) -> dict[str, Fact]:
-    """Cameras or lights, with what is said of them."""
+    """Cameras or lights, with their properties."""
     facts = [Fact(each.parameters) for each in found]
     return dict(zip(_keys([each.name for each in found]), facts, strict=True))
 

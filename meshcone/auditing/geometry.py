@@ -110,7 +110,7 @@ class _Pieces:
         return row_lengths(self.high - self.low)
 
     def inside_out_share(self) -> float:
-        """Share of the area in closed pieces that face inwards and are no cavities."""
+        """Share of the area in closed pieces that face inwards and are not cavities."""
         inwards = np.flatnonzero(self.closed & (self.volumes < 0))
         outer = np.flatnonzero(self.closed & (self.volumes > 0))
         largest = outer[np.argsort(-self.volumes[outer])][:1000]

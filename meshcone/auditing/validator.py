@@ -71,7 +71,7 @@ def validate(file: MeshFile) -> Validator:
 
 
 class _NoAnswerError(Exception):
-    """Why there is no answer."""
+    """The validator gave no answer; the message says why."""
 
 
 def _is_gltf(data: bytes) -> bool:
@@ -95,7 +95,7 @@ class _Program:
                     (place / own).write_bytes(data)
             name = inside(file.name) or ""
             if not (place / name).is_file():
-                raise _NoAnswerError("the file's name is none that can be written to disk")
+                raise _NoAnswerError("the file's name cannot be written to disk")
             return _output([self.path, "-o", "-a", "--", str(place / name)], b"")
 
 

@@ -38,7 +38,7 @@ _UNREADABLE = (
 
 
 class ArchiveError(ValueError):
-    """The bytes are no archive of arrays as a certificate is one; the message says why."""
+    """The bytes are not an archive that could be a certificate; the message says why."""
 
 
 def write_arrays(arrays: Mapping[str, Any]) -> bytes:
@@ -84,7 +84,7 @@ def read_arrays(data: bytes, most: int = LARGEST_ARCHIVE) -> dict[str, Any]:
     except ArchiveError:
         raise
     except _UNREADABLE as error:
-        raise ArchiveError("the bytes are no archive of arrays, or a damaged one") from error
+        raise ArchiveError("the bytes are not an archive of arrays, or it is damaged") from error
 
 
 def _arrays(archive: zipfile.ZipFile, most: int) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
     """Compare what an array's header declares with the bytes there are, before reading them."""
     name = _shown(entry.filename)
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise ArchiveError(f"{name} is compressed in a way no certificate is")
+        raise ArchiveError(f"{name} is compressed by a method that certificates do not use")
     with archive.open(entry) as file:
         if np.lib.format.read_magic(file) != (1, 0):  # later versions allow headers of 4 GiB
             raise ArchiveError(f"the header of {name} has another version")
@@ -122,9 +122,9 @@ def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
             raise ArchiveError(f"the header of {name} cannot be read") from error
         there = entry.file_size - file.tell()
     if dtype.kind not in "iufU" or min(shape, default=0) < 0:
-        raise ArchiveError(f"{name} is of a type no certificate holds: {dtype.str}")
+        raise ArchiveError(f"{name} has a type that certificates do not hold: {dtype.str}")
     if math.prod(shape) * dtype.itemsize != there:
-        raise ArchiveError(f"the header of {name} declares other data than there are")
+        raise ArchiveError(f"the header of {name} does not match its data")
 
 
 def _read(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Any:

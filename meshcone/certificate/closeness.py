@@ -49,7 +49,7 @@ def closeness_checks(
         return
     unit = pair.unit(report.options)
     moved = "" if pair.alignment is None else "moved as aligned, "
-    how = "proven without a search" if stored else "found by a search, for no proof is stored"
+    how = "proven without a search" if stored else "found by a search, because no proof is stored"
     extra = None if surface.reference.is_points else found.extra
     yield Check("closeness", True, f"{moved}{within(extra, found.missing, unit)}: {how}")
     if stated is not None:

@@ -202,7 +202,7 @@ def _certificate(arrays: dict[str, Any]) -> CertificateFile:
         multipliers=_multipliers(arrays),
     )
     if arrays:
-        raise ArchiveError(f"it holds an array of no meaning, {min(arrays)!a:.60}")
+        raise ArchiveError(f"it holds an unknown array, {min(arrays)!a:.60}")
     count = certificate.tension.size
     shapes = [certificate.before.shape, certificate.positions.shape, certificate.tension.shape]
     if shapes != [(count, 3), (count, 3), (count,)]:

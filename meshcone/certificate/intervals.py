@@ -136,7 +136,7 @@ def _not_one_way(stated: Deviation, surface: WrittenSurface) -> str | None:
     """Of points alone one way is stated, and of surfaces both."""
     ways = (stated.extra, stated.max)
     if surface.reference.is_points and ways != (None, None):
-        return "the report states how far the mesh goes from points, of which nothing follows"
+        return "the report bounds how far the mesh goes beyond points, which is unknown"
     if not surface.reference.is_points and None in ways:
         return "the report states one way of the deviation without the other"
     return None
@@ -182,7 +182,7 @@ def _wrong_sides(stated: Deviation, found: Bounds, margin: float, near: float) -
     sides = {name: getattr(stated, name) for name in ("outside", "inside")}
     told = {name: side for name, side in sides.items() if side is not None}
     if not told or stated.extra is None:
-        return "the report states a side of points" if told else None
+        return "the report states 'outside' or 'inside', but points have no sides" if told else None
     if len(told) == 1:
         return "the report states one side of the reference without the other"
     for name, side in told.items():
@@ -200,7 +200,7 @@ def _wrong_area(
     """There is area beyond a tolerance that a point exceeds, and none where no point does."""
     told = stated.area_beyond
     if stated.extra is None:
-        return None if told is None else "the report states an area beyond points"
+        return None if told is None else "the report states 'area_beyond' for points"
     if (told is None) != (bars.area is None):
         return "'area_beyond' is stated without a gate, or a gate on it without it"
     if told is None or bars.area is None:

@@ -65,7 +65,7 @@ class Pairs:
 
     @staticmethod
     def of(mesh: Mesh) -> Pairs:
-        """Find all pairs that run around alike, and whose other diagonal is no side yet."""
+        """Find all pairs that run around alike, and whose other diagonal is not a side yet."""
         sides = edge_of_sides(mesh).ravel()
         order = np.argsort(sides, kind="stable")
         uses = np.bincount(sides, minlength=len(mesh.edges))

@@ -114,7 +114,7 @@ def _places(faces: int) -> Floats:
 
 
 def _beyond_border(mesh: Mesh, found: ClosestPoints) -> Bools:
-    """Which points (k,) lie where a mesh has ended: a part that it lacks is no detail.
+    """Which points (k,) lie beyond a mesh's end: it lacks a part there, and detail does not help.
 
     They are closest to an open border, and farther from it than a side that bends is from its
     chord.

@@ -73,8 +73,8 @@ def _require_no_value(known: Mapping[str, Known], key: str, rule: GateRule) -> N
 def _unknown(key: str, mode: Mode) -> str:
     if mode != "refine" and look_up(known_values("refine"), key):
         if mode == "audit" and look_up(known_values("measure"), key):
-            return f"gate '{key}': a report has this only where the mesh was measured"
-        return f"gate '{key}': a report has this only where the mesh was refined"
+            return f"gate '{key}': only a measurement or a refinement has this value, not an audit"
+        return f"gate '{key}': only a refinement has this value, and the mode is '{mode}'"
     return f"unknown gate '{key}'{did_you_mean(key, known_values(mode))}"
 
 

@@ -105,7 +105,7 @@ def _with_more(finding: _Finding, found: Found, key: str, bound: Bound) -> _Find
     """What stands however many more warnings there are than were looked for."""
     if finding.status == ("fail" if bound.startswith("max") else "pass"):
         return finding
-    why = f"not tested, because nobody looked for {_some(found.not_examined)}"
+    why = f"not tested, because this run did not look for {_some(found.not_examined)}"
     return _Finding(None, None, "not_tested", f"{name_of(key)}: {why}")
 
 

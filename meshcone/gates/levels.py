@@ -76,8 +76,8 @@ class LevelRules(BaseModel):
         count = len(self.rules)
         if level is None:
             raise InputError(
-                f"gate '{key}' has a bound for each level of detail, but '{asset}' is none: end "
-                "its name in _LOD1, say, or give its pair a 'lod'"
+                f"gate '{key}' has a bound for each level of detail, but '{asset}' has no "
+                "level: end its name in _LOD1, for example, or give its pair a 'lod'"
             )
         if not 1 <= level <= count:
             raise InputError(

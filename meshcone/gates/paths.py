@@ -127,7 +127,7 @@ def in_reference(key: str) -> str:
 
 
 def value_at(report: BaseModel, path: str) -> Any:
-    """The value at a full path; the absence of it is no value of its own."""
+    """The value at a full path; a mark of its own if it is absent, which None is not."""
     *sections, leaf = path.split(".")
     section: Any = report
     for name in sections:

@@ -102,7 +102,7 @@ class AssetResult(_Record):
         return "error" if self.verdict is None else self.verdict.verdict
 
     def checks(self) -> Sequence[GateCheck]:
-        """Its checks, none where there is no verdict."""
+        """Its checks; empty if there is no verdict."""
         return () if self.verdict is None else self.verdict.checks
 
 

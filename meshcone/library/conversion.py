@@ -73,7 +73,7 @@ def _vertices(given: ArrayLike, name: str) -> Floats:
     try:
         vertices = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError("the vertices are no (n, 3) array of numbers", file=name) from None
+        raise InputError("the vertices are not an (n, 3) array of numbers", file=name) from None
     if vertices.size == 0:
         raise InputError("the mesh has no vertices", file=name)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
@@ -98,7 +98,8 @@ def _faces(given: ArrayLike, name: str) -> Ints:
         faces = np.asarray(given)
     except ValueError:
         raise InputError(
-            "the faces are no array: all of them must have as many corners", file=name
+            "the faces are not an array: all must have the same number of corners",
+            file=name,
         ) from None
     if faces.size == 0:
         raise InputError("the mesh has no faces", file=name)

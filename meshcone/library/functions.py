@@ -213,8 +213,8 @@ def gate(
         resolved = resolved.model_copy(update={"gates": dict(table)})
     elif not resolved.keep:
         raise ArgumentError(
-            "'gates' is missing, and so are 'profile' and 'keep': there is nothing to hold it "
-            "against"
+            "'gates', 'profile' and 'keep' are all missing: give one of them, or there is nothing "
+            "to check"
         )
     held = load_unread(reference, "reference")
     if refine:
@@ -280,7 +280,7 @@ def verify(
 
     Raises:
         meshcone.errors.InputError: a file cannot be read, or there is no certificate because
-            the input was kept as it was and no proof of closeness asked for.
+            the input was kept as it was and no proof of closeness was asked for.
         meshcone.errors.ArgumentError: a mesh is missing.
     """
     from meshcone.files import MeshFile

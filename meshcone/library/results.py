@@ -236,7 +236,7 @@ class Verdict:
 
     @property
     def passed(self) -> bool:
-        """Whether no bound is broken, and none could not be tested."""
+        """Whether every bound was tested and holds."""
         return self.verdict == "pass"
 
     @property

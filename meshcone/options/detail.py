@@ -66,7 +66,7 @@ class DetailOptions(Section):
             return {"growth": _AUTO_GROWTH}
         if found is None:
             raise InputError(
-                f"'{text[:40]}' is no amount of detail: expected 4x for four times the faces, "
+                f"'{text[:40]}' is not an amount of detail: expected 4x for four times the faces, "
                 "20000 for so many faces, or auto for what a tolerance takes"
             )
         if found["faces"] is not None:

@@ -16,6 +16,6 @@ WeightOrNone = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
 
 class Section(BaseModel):
-    """Options of one concern; a name nobody knows is an error."""
+    """Options of one concern; an unknown name is an error."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -39,7 +39,7 @@ class Tolerance:
         value = float(found["number"]) if found else 0.0
         if found is None or not 1e-12 <= value <= 1e12:
             raise InputError(
-                f"'{text}' is no tolerance: expected a length in the unit of the files, such as "
+                f"'{text}' is not a tolerance: expected a length in the unit of the files, such as "
                 "0.5 or 0.5mm, or a share of the radius, such as 0.2%"
             )
         if found["unit"] == "%":
@@ -67,7 +67,7 @@ class Tolerance:
         if self.unit not in LENGTHS:
             known = ", ".join(LENGTHS)
             raise InputError(
-                f"a glTF is in metres, and '{self.unit}' is no unit known here: expected a length "
+                f"a glTF is in metres, and '{self.unit}' is not a known unit: expected a length "
                 f"in one of {known}"
             )
         return Tolerance(self.value * LENGTHS[self.unit], unit="m")

@@ -67,5 +67,5 @@ class RefinedPositions:
 
     @property
     def kept_input(self) -> bool:
-        """Whether the positions are the input's because no answer was to be had."""
+        """Whether the input is the answer: the pair does not fit, or each answer did harm."""
         return self.misaligned is not None or bool(self.kept_because)

@@ -251,7 +251,7 @@ class SurfaceRefiner:
         )
 
     def _asks_scs(self, solution: RoundSolution) -> bool:
-        """Tell whether SCS is to confirm: it was not the one who solved, and is not spared."""
+        """Whether SCS is to confirm: the options ask for it, and it did not solve the round."""
         options = self._options.solver
         small = len(self._source.vertices) <= options.certify_limit
         return options.certify and small and solution.run is None

@@ -99,7 +99,7 @@ def _remedy(parts: list[tuple[Code, str]]) -> str:
     if Code.POSE_MIRRORED in codes:
         return ""
     mode = "rigid" if codes <= {Code.POSE_TURNED, Code.POSE_MOVED} else "similarity"
-    return f" The option align={mode} takes it back."
+    return f" Set align={mode} to undo that."
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def align(source: Mesh, reference: Mesh, mode: AlignmentMode, seed: int) -> Alig
         found = out_of @ matrix @ into
         return Alignment(found, method, before * frame.radius, after * frame.radius)
     distance = before * frame.radius
-    note = "no motion brings the source closer to the reference than it is: it stays in place"
+    note = "no motion brings the source closer to the reference, so it stays in place"
     return Alignment(np.eye(4), "none", distance, distance, note)
 
 

@@ -158,7 +158,7 @@ class KeyStore:
         """
         if not self._client.hdel(KEYS, key_id):
             raise InputError(
-                f"there is no key '{key_id}'; `meshcone keys list` shows those there are"
+                f"there is no key '{key_id}'; `meshcone keys list` shows the keys that exist"
             )
         self._secrets.remove(key_id)
 

@@ -278,10 +278,10 @@ class JobQuotas:
         if reason == "jobs":
             raise _exceeded(
                 f"{account.active_jobs} jobs of this {account.whose} are queued or running, "
-                "as many as it may have"
+                "which is its limit"
                 if jobs == 1
-                else f"this {account.whose} may have {account.active_jobs} jobs queued or running, "
-                f"and the batch has {jobs}",
+                else f"the batch has {jobs} jobs, and this {account.whose} may have "
+                f"{account.active_jobs} queued or running",
                 self._settings.retry_after * 10,
             )
         if reason == "bytes":

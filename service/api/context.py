@@ -54,7 +54,7 @@ class Context:
 
 @contextmanager
 def open_context(settings: ServiceSettings) -> Iterator[Context]:
-    """Connect; nothing is sent before it is needed, so a broker that is down is no obstacle.
+    """Connect; nothing is sent before it is needed, so the broker may be down.
 
     Raises:
         InputError: no broker is configured.

@@ -153,7 +153,7 @@ def _print(name: str | None) -> int:
     from meshcone.gates.profile import profile
 
     if name is None:
-        raise InputError("--print is for a --profile")
+        raise InputError("--print needs --profile")
     typer.echo(profile(name).decode(), nl=False)
     return 0
 

@@ -71,7 +71,7 @@ class GateChoice:
         from meshcone.gates.keep import keep_gates
 
         if self.product is not None and self.schema is None:
-            raise InputError("--product is for a --schema")
+            raise InputError("--product needs --schema")
         found = None
         if self.profile is not None:
             found = profile_gates(self.profile, mode)

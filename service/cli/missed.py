@@ -1,4 +1,4 @@
-"""What is said of a tolerance that was not reached."""
+"""The lines printed for a tolerance that was not reached."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ def command(
         raise InputError("SOURCE is missing: name a mesh, or a --batch")
     options = options_from(assignments, per=per)
     if out is not None and options.mode != "refine":
-        raise InputError(f"the mode '{options.mode}' makes no mesh: leave --out away")
+        raise InputError(f"the mode '{options.mode}' makes no mesh: leave out --out")
     if reference is None and options.mode != "audit":
         raise InputError("REFERENCE is missing: only the mode audit can do without")
     outputs = _outputs(put or ())
@@ -273,9 +273,9 @@ def _outputs(assignments: Iterable[str]) -> dict[OutputName, OutputPlace]:
         known = next((each for each in names if each == name), None)
         if known is None:
             hint = did_you_mean(name, names) or f"; there are {', '.join(names)}"
-            raise InputError(f"--put {name[:40]}: no result is called that{hint}")
+            raise InputError(f"--put {name[:40]}: there is no result of that name{hint}")
         if known in outputs:
-            raise InputError(f"--put {name}: it can be put to one place")
+            raise InputError(f"--put {name}: a result can be put to one place only")
         outputs[known] = place_at(url)
     return outputs
 

@@ -44,7 +44,7 @@ def command(
     read = read_report(read_bytes(report), report.name)
     place = certificate_path(report) if certificate is None else certificate
     if read.certificate is None and not place.is_file():
-        words = "the report has no certificate: the input was kept, and no closeness proven"
+        words = "the report has no certificate: the input was kept, and no closeness was proven"
         raise InputError(words, file=report.name)
     evidence = (
         MeshFile(place.name, read_bytes(place)),

@@ -34,7 +34,8 @@ def link_to(url: str, *, secret: str | None = None, sha256: str | None = None) -
     """
     if sha256 is not None and not _SHA256.fullmatch(sha256):
         raise InputError(
-            f"'{sha256[:80]}' is no SHA-256: expected 64 hexadecimal digits", file=shown_link(url)
+            f"'{sha256[:80]}' is not a SHA-256: expected 64 hexadecimal digits",
+            file=shown_link(url),
         )
     try:
         suffix = PurePosixPath(last_name(url)).suffix.lower()
@@ -45,7 +46,7 @@ def link_to(url: str, *, secret: str | None = None, sha256: str | None = None) -
             resources="relative" if suffix in _GLTF else None,
         )
     except (ValidationError, ValueError):
-        raise InputError("is no URL that a service could fetch", file=shown_link(url)) from None
+        raise InputError("is not a URL that a service can fetch", file=shown_link(url)) from None
 
 
 def place_at(url: str) -> OutputPlace:
@@ -58,7 +59,7 @@ def place_at(url: str) -> OutputPlace:
         return OutputPlace(url=url)
     except ValidationError:
         file = shown_link(url)[:200] or "''"
-        raise InputError("is no URL that a service could put a result to", file=file) from None
+        raise InputError("is not a URL that a service can put a result to", file=file) from None
 
 
 def shown_link(url: str) -> str:

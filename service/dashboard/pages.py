@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from dataclasses import dataclass
 from functools import cache
 from html import escape
@@ -16,6 +17,7 @@ from service.dashboard.documentation import BUILT, Documentation
 from service.dashboard.static_files import own_names, required
 
 _PAGES = Path(__file__).parent / "pages"
+_IMPORT = re.compile(r'^(?:import|export)\b[^;"]*?\bfrom "(meshcone/[\w-]+)"', re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,10 @@ def page(kind: str) -> Page:
         ),
         theme=required("theme.js").url,
         imports=imports,
+        preloads="\n".join(
+            f'<link rel="modulepreload" href="{module_urls()[name]}">'
+            for name in imported(f"meshcone/{meta.module}")
+        ),
         words=json.dumps(names_in_words()),
         libraries=json.dumps({name: required(name).url for name in _loaded_later(kind)}),
         module=module_urls()[f"meshcone/{meta.module}"],
@@ -74,6 +80,19 @@ def module_urls() -> dict[str, str]:
         for name in own_names()
         if name.endswith(".js")
     }
+
+
+def imported(module: str) -> list[str]:
+    """Every module that one imports before it runs, and those that they import, the nearest first.
+
+    A browser that is told of them fetches them all at once; by itself it learns of each from the
+    one that imports it, a round trip at a time.
+    """
+    found = [module]
+    for name in found:
+        text = required(f"{name.removeprefix('meshcone/')}.js").data.decode()
+        found += [each for each in dict.fromkeys(_IMPORT.findall(text)) if each not in found]
+    return found[1:]
 
 
 def _loaded_later(kind: str) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def progress_bar(total: int) -> Iterator[Callable[[AssetResult], None]]:
-    """Show on stderr how many assets are done; silent where that is no terminal."""
+    """Show on stderr how many assets are done; silent if stderr is not a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 

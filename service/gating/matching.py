@@ -133,7 +133,7 @@ def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]
 
 
 def _is_glob(path: Path) -> bool:
-    """Whether a path stands for many: it has a wildcard, and no file is called so."""
+    """Whether a path stands for many: it has a wildcard, and no file has that name."""
     return glob.has_magic(str(path)) and not path.exists()
 
 

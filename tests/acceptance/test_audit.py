@@ -58,7 +58,7 @@ def test_a_gate_that_needs_a_measurement_is_refused(directory: Path) -> None:
 
     finished = meshcone(directory, "audit", "asset.gltf", "--gates", "gates.toml")
 
-    assert_refused(finished, "only where the mesh was measured")
+    assert_refused(finished, "only a measurement or a refinement has this value")
 
 
 def test_what_is_to_be_kept_is_named_with_commas(directory: Path) -> None:

@@ -362,7 +362,7 @@ def test_detail_adds_faces_says_how_many_and_is_replayed(directory: Path) -> Non
     ("detail", "said"),
     [
         ("auto", "--detail auto needs a tolerance to reach: add --within"),
-        ("lots", "'lots' is no amount of detail"),
+        ("lots", "'lots' is not an amount of detail"),
         ("100x", "detail.growth"),
     ],
 )

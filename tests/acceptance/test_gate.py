@@ -275,11 +275,11 @@ def test_an_asset_without_gates_has_not_passed(assets: Path) -> None:
         (("a.obj", "b.obj"), "--gates is missing"),
         (
             ("a.obj", "--gates", "gates.toml"),
-            "gate 'point_to_surface.max': a report has this only where the mesh was measured",
+            "gate 'point_to_surface.max': only a measurement or a refinement has this value",
         ),
         (("--gates", "gates.toml"), "expected SOURCE and REFERENCE, or --manifest"),
         (("a.obj", "--profile", "wed"), "unknown profile 'wed'; did you mean 'web'?"),
-        (("--print",), "--print is for a --profile"),
+        (("--print",), "--print needs --profile"),
         (("a.obj", "b.obj", "--gates", "nowhere.toml"), "nowhere.toml: cannot be read"),
         (("a.obj", "b.obj", "--gates", "gates.toml"), "a.obj: cannot be read"),
         (("--manifest", "nowhere.csv", "--gates", "gates.toml"), "nowhere.csv: cannot be read"),
@@ -294,7 +294,7 @@ def test_an_asset_without_gates_has_not_passed(assets: Path) -> None:
         ),
         (
             ("a.obj", "b.obj", "--gates", "levels.toml"),
-            "gate 'emd' has a bound for each level of detail, but 'a.obj' is none",
+            "gate 'emd' has a bound for each level of detail, but 'a.obj' has no level",
         ),
         (
             ("a.obj", "b.obj", "--gates", "gates.toml", "--set", "mode=refine"),

@@ -103,7 +103,7 @@ def test_what_can_only_be_read_can_be_measured(client: Client, ball: MeshFile) -
         ({"gates": {"fscore": {"max_model": 1}}}, "'max_model' is for distances"),
         (
             {"mode": "measure", "gates": {"solver.iterations": {"max": 1}}},
-            "only where the mesh was refined",
+            "only a refinement has this value",
         ),
         ({"mode": "measur"}, "'refine', 'measure' or 'audit'"),
     ],

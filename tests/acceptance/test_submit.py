@@ -99,7 +99,7 @@ def test_options_go_with_it(stack: Stack, pair: list[str], tmp_path: Path) -> No
         (["--server", "nonsense"], "no MeshCone service answers at nonsense"),
         (["--server", "{url}", "--webhook", "http://10.0.0.1/"], "begins with https://"),
         (["--server", "{url}", "--set", "sed=1"], "did you mean 'seed'?"),
-        (["--server", "{url}", "--set", "mode=measure", "-o", "out.obj"], "leave --out away"),
+        (["--server", "{url}", "--set", "mode=measure", "-o", "out.obj"], "leave out --out"),
     ],
 )
 def test_what_cannot_be_sent_is_one_line(

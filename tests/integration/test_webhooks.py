@@ -290,7 +290,7 @@ def test_a_message_that_ends_every_process_is_given_up(
         wait_for(lambda: is_settled(redis))
 
     assert receiver.received == []
-    assert log_lines(tmp_path)[-1]["reason"] == "attempts were begun and never ended"
+    assert log_lines(tmp_path)[-1]["reason"] == "no attempt came to its end"
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"labels":"[]","milliseconds":1e300}'])

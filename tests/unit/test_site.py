@@ -47,5 +47,11 @@ def test_links_to_files_of_the_repository_lead_to_one(document: Path) -> None:
     assert [name for name in files if not (document.parent / name).exists()] == []
 
 
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*.md")), ids=lambda path: path.name)
+def test_a_page_links_to_nothing_that_the_site_does_not_have(page: Path) -> None:
+    """What lies beside the documentation is not served with it."""
+    assert [target for target in LINK.findall(page.read_text()) if target.startswith("..")] == []
+
+
 def test_the_site_loads_no_font_from_elsewhere() -> None:
     assert PROJECT["theme"]["font"] is False

@@ -201,7 +201,7 @@ def _unusable(error: OSError) -> InputError:
 
 
 def running_broker_url(data_dir: Path) -> str:
-    """Where the embedded broker of a data directory listens, for who did not start it.
+    """Where the embedded broker of a data directory listens, for processes that did not start it.
 
     Raises:
         InputError: no broker has been started there.

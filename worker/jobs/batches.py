@@ -87,7 +87,7 @@ class BatchRecord(BaseModel):
     finished: datetime | None = None
 
     def encoded(self) -> dict[str, str]:
-        """The record as the fields of a hash; what is not there is no field."""
+        """The record as the fields of a hash; absent values have no field."""
         document = self.model_dump(mode="json", exclude=set(_PLAIN), exclude_none=True)
         return {name: json.dumps(value) for name, value in document.items()}
 

@@ -1,4 +1,4 @@
-"""The bytes that are fetched for jobs, counted against who sent them.
+"""The bytes that are fetched for jobs, counted against the jobs' senders.
 
 Uploads are counted when they are let in; what is fetched is counted before it is stored, against
 the same numbers of the same day. What a try has taken is noted with the job until its files are all

@@ -82,7 +82,7 @@ class KeyClaims:
         self._release = client.register_script(_RELEASE)
 
     def claim(self, place: str) -> Claim:
-        """Claim a key for a request; one that has made its job is nobody's any more.
+        """Claim a key for a request; a key that has made its job cannot be claimed again.
 
         Raises:
             KeyInUseError: another request has claimed it.

@@ -264,7 +264,7 @@ class JobRecord(_Frozen):
         }
 
     def encoded(self) -> dict[str, str]:
-        """The record as the fields of a hash; what is not there is no field."""
+        """The record as the fields of a hash; absent values have no field."""
         return {
             name: str(value) if name in _PLAIN else json.dumps(value)
             for name, value in self.model_dump(mode="json").items()

@@ -1,4 +1,4 @@
-"""What a job that succeeded adds to the ledger's counters, for those who watch the service.
+"""What a job that succeeded adds to the ledger's counters, which /metrics reads.
 
 A histogram is kept as one counter a bucket, beside a sum and a count: ``NAME:le:BOUND``,
 ``NAME:sum``, ``NAME:count``. A bucket holds what falls into it alone; whoever shows it adds

@@ -153,7 +153,7 @@ class BlobStore:
         return True
 
     def sweep(self) -> int:
-        """Remove the blobs nobody needs, and return how many they were. Repeatable.
+        """Remove the blobs that nothing needs, and return how many there were. Repeatable.
 
         It can be interrupted anywhere, and two can be under way at once: no name is used
         again once it is to be removed, so that it does no harm if its removal comes late.

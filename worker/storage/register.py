@@ -41,7 +41,7 @@ _REMOVAL_SECONDS = 60  # to remove those, after which another tries too
 
 
 class BlobRegister:
-    """Leases on blobs, their names, and the names nobody needs.
+    """Leases on blobs, their names, and the names that nothing needs.
 
     Args:
         client: a connection whose replies are strings.
@@ -84,7 +84,7 @@ class BlobRegister:
         return bool(self._is_had([blobs_of(project)], [digest, _uploads_of(project)]))
 
     def names_of(self, digests: Sequence[str]) -> list[str | None]:
-        """Under what names blobs are in the store, or are to be; None for one nobody needs."""
+        """Names of blobs in the store, present or to come; None for one that nothing needs."""
         return [name or None for name in self._names([], digests)]
 
     def set_aside(self, digest: str, name: str) -> bool:

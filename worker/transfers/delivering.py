@@ -80,7 +80,7 @@ class Delivering:
         """Try once to put a result, and note what came of it; nothing ends the process."""
         try:
             if due.tries > 2 * self._settings.output_attempts:  # its process ended by each
-                raise InternalError("tries were begun again and again, and never ended")
+                raise InternalError("no try to put the result came to its end")
             await self._due.hold(due.name, self._try(due), self._stopping)
         except (UnknownJobError, KeyError):  # deleted meanwhile, and its files with it
             with suppress(RedisError):
@@ -171,9 +171,9 @@ def _told(output: Output, pause: float | None) -> dict[str, object]:
 def _words(error: Exception, seconds: float) -> str:
     """What to tell of an error that may pass."""
     if isinstance(error, TimeoutError):
-        return f"it was not taken within {seconds:g} s (MESHCONE_OUTPUT_SECONDS)"
+        return f"the receiver did not take it within {seconds:g} s (MESHCONE_OUTPUT_SECONDS)"
     if isinstance(error, FileNotFoundError):
-        return "the job's files have been let go"
+        return "the job's files have expired"
     if isinstance(error, PassingError | StoreError | DamagedFileError):
         return str(error)
     logger.error("a result cannot be kept on its way", error=str(error))

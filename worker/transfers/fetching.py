@@ -107,7 +107,7 @@ class Fetching:
         log = logger.bind(job_id=due.name, tries=due.tries)
         try:
             if due.tries > 2 * self._settings.fetch_attempts:  # its process ended by each
-                raise InternalError("fetching was begun again and again, and never ended")
+                raise InternalError("no try to fetch the files came to its end")
             await self._due.hold(due.name, self._complete(due.name), self._stopping)
         except (TransitionRefusedError, UnknownJobError) as refusal:
             log.info("fetched for nothing", reason=str(refusal))  # canceled meanwhile

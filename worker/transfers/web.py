@@ -177,7 +177,7 @@ def _target(url: str, headers: Mapping[str, bytes]) -> str:
     try:
         return urljoin(url, place).partition("#")[0]
     except ValueError:
-        raise InputError(f"{host_of(url)} redirects to what is no URL") from None
+        raise InputError(f"{host_of(url)} redirects to something that is not a URL") from None
 
 
 def _require_file(url: str, status: int) -> None:

@@ -1,4 +1,4 @@
-"""Lets go of what is no longer kept: files of old jobs, then their records."""
+"""Removes what has expired: files of old jobs, then their records."""
 
 from __future__ import annotations
 

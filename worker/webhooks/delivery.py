@@ -82,7 +82,7 @@ class Delivery:
         attempts = self._settings.webhook_attempts
         try:
             if taken.tries > 2 * attempts:  # each as good as tried, and its process ended by it
-                failure: _Failure | None = _Failure("attempts were begun and never ended", True)
+                failure: _Failure | None = _Failure("no attempt came to its end", True)
             else:
                 failure = await self._send(message)
             if failure is None:

@@ -1,4 +1,4 @@
-"""Collects what is malformed where nobody needs it to place a vertex."""
+"""Collects malformed parts of a file that say nothing of where vertices are."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from meshcone.notices import Code, Notice
 
 
 class ConvertedAsset(GltfAsset):
-    """A mesh that was made of a file; there is no way back into that.
+    """A mesh converted from a file that cannot be written back.
 
     Attributes:
         tolerance: how far the mesh may lie from the surfaces in the file, in its unit.

@@ -39,7 +39,7 @@ _USD_LAYERS = (".usd", ".usda", ".usdc")
 
 
 def recognise_converted(data: bytes) -> Converted | None:
-    """The format of a file that is no archive, by its first bytes."""
+    """The format of a file that is not an archive, by its first bytes."""
     start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
     return next((kind for mark, kind in _MARKS if start.startswith(mark)), None)
 

@@ -71,7 +71,7 @@ class Element:
 
     @property
     def place(self) -> str:
-        """What messages call it, where there is no line."""
+        """What messages call it in a binary file, which has no lines."""
         return f"element {shown(self.name)}"
 
     @property

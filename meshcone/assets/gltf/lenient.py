@@ -62,7 +62,7 @@ class Lenient:
         return Lenient(found, self.faults) if found else None
 
     def children(self, key: str) -> list[Lenient]:
-        """A member that is an array of objects; what is no object counts as an empty one."""
+        """A member that is an array of objects; anything else in it counts as an empty object."""
         items = self.element.value.get(key, [])
         if not isinstance(items, list):
             self.faults.note(self.element.place(key), "expected an array")

@@ -1,4 +1,4 @@
-"""What there is to say of a scene that was read: who must know, and of how many."""
+"""The notices about a scene that was read: each says what was found, where, and how often."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class _Claims:
                         yield _Use(mesh, number, role, accessor, key)
 
     def grants_bytes(self, use: _Use) -> bool:
-        """Whether an attribute may keep its bytes, because nobody else has asked for them."""
+        """Whether an attribute may keep its bytes, because no other has asked for them."""
         owner = self._owners.get(use.accessor.content)
         if owner is None and not self._read.touch(use.accessor.values):
             self._owners[use.accessor.content] = owner = use.key

@@ -131,7 +131,7 @@ class Tables:
         return True
 
     def _view(self, accessor: Accessor, buffer: int, data: bytes, members: dict[str, Any]) -> int:
-        """A view for data: that of the elements, if nobody else needs it, or a new one."""
+        """A view for data: that of the elements, if nothing else needs it, or a new one."""
         view = accessor.element.integer("bufferView")
         if view is None or view not in self._free_views:
             return self._draft.store(buffer, data, members)

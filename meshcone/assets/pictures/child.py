@@ -31,7 +31,7 @@ def main() -> int:
         try:
             image = _decoded(data)
         except MemoryError:
-            _refuse(sink, "it needs more memory than its size explains")
+            _refuse(sink, "decoding it takes more memory than an image of its size needs")
         except Exception as error:  # noqa: BLE001 - whatever Pillow raises over damaged files
             _refuse(sink, f"damaged: {error}")
         else:

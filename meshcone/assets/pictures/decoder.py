@@ -86,7 +86,7 @@ class PictureDecoder:
             answer = _read(process.stdout, length)
         except (OSError, EOFError):
             self._end()
-            raise UndecodableError("it makes the decoder end") from None
+            raise UndecodableError("it crashes the decoder") from None
         except MemoryError:
             self._end()
             raise UndecodableError("there is not enough memory for its pixels") from None

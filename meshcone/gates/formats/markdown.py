@@ -156,7 +156,7 @@ def _name(name: str) -> str:
 
 
 def _text(words: str) -> str:
-    """Words as text that is no markup, and that nobody is notified by."""
+    """Words as plain text: no markup, and no mention that would notify a person."""
     if len(words) > _LONGEST:
         words = words[:_LONGEST] + "…"
     printable = "".join(

@@ -123,7 +123,7 @@ def _properties(check: GateCheck) -> dict[str, Any]:
 
 
 def _invocation(run: GateRun) -> dict[str, Any]:
-    """Say whether we did our work: a fault of ours is no finding about a file (3.20.14)."""
+    """Say whether the run itself succeeded; its own faults are no findings in a file (3.20.14)."""
     notifications = [
         {
             "level": "error",

@@ -28,7 +28,7 @@ _QUIET = 60.0  # seconds between two log lines on the same trouble
 
 
 class Connections:
-    """Who is connected, and who waits.
+    """The open connections, and which of them have no request in hand.
 
     If as many are held as may be, the one that has waited longest without a request makes
     room: a client that sends its header at once is served however many send half of one.

@@ -107,7 +107,7 @@ class BoundedProtocol(H11Protocol):
         self._enter(self._found_phase(has_begun=has_begun))
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what is no HTTP."""
+        """Refuse what is not HTTP."""
         self._refuse(problem("bad-request", msg.rstrip(".").lower()))
 
     def look(self, seconds: float) -> None:

@@ -1,4 +1,4 @@
-"""Answers that reach who is still sending.
+"""Answers that reach a client that is still sending.
 
 A server that answers early, because a body is too large or its sender unknown, and closes
 the connection has the network throw its answer away: what arrives at a closed connection is

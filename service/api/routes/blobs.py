@@ -98,7 +98,7 @@ def head_blob(sha256: Digest, context: ContextDependency, sender: SenderDependen
 
 
 def _keep(upload: UploadFile, sha256: str, sender: Sender, context: Context) -> bool:
-    """Store a file, and return whether it is new to who sends it."""
+    """Store a file, and return whether it is new to its sender."""
     is_new = not context.register.is_had(sha256, sender.view)
     context.register.lease_upload(sha256, sender.project, context.settings.upload_ttl)
     return context.blobs.put_file(upload.file, sha256, anew=is_new)

@@ -86,7 +86,7 @@ class Events:
         """
         if self._following >= self._most:
             raise ProblemError(
-                problem("unavailable", "as many clients follow jobs as this server allows"),
+                problem("unavailable", "too many clients follow jobs here; try again later"),
                 {"Retry-After": "5"},
             )
         with self._one_more():
@@ -153,7 +153,7 @@ async def follow_job(
     if record.expired is not None:
         raise ProblemError(problem("gone", "the job's events have expired"))
     if last_event_id is not None and not is_event_id(last_event_id):
-        raise ProblemError(problem("input", "header 'Last-Event-ID' is not one of this service"))
+        raise ProblemError(problem("input", "header 'Last-Event-ID' is not from this service"))
     after = last_event_id or BEGINNING
     if record.has_ended and last_event_id and not await events.since(record.id, after):
         # The standard's way to tell a browser not to come back.

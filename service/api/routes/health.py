@@ -69,7 +69,7 @@ def readyz(context: ContextDependency) -> Readiness:
         words = "the workers are suspended: jobs wait until `rq resume` is run"
         return Readiness(status="degraded", workers=workers, reason=words)
     if waiting >= context.settings.queue_capacity:
-        words = f"{waiting} jobs wait, as many as may (MESHCONE_QUEUE_CAPACITY)"
+        words = f"the queue is full: {waiting} jobs wait (MESHCONE_QUEUE_CAPACITY)"
         return Readiness(status="degraded", workers=workers, reason=words)
     return Readiness(workers=workers)
 

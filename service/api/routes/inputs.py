@@ -36,7 +36,7 @@ MEDIA_TYPES = {
 _ANY = "application/octet-stream"
 _PROBLEM = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
 _NO_FILE: dict[int | str, dict[str, Any]] = {
-    404: {"description": "there is no such job, or it was sent no such file", **_PROBLEM},
+    404: {"description": "there is no such job, or no such file was sent with it", **_PROBLEM},
     410: {"description": "the job's files have expired", **_PROBLEM},
 }
 _MESH = {**file_responses("the mesh, as it was sent", *MEDIA_TYPES.values(), _ANY), **_NO_FILE}
@@ -65,7 +65,7 @@ def get_reference(
 ) -> Response:
     """The reference, byte for byte as it was sent."""
     if record.reference is None:
-        raise ProblemError(problem("not-found", "the job was sent no reference"))
+        raise ProblemError(problem("not-found", "the job was sent without a reference"))
     return _again(record, record.reference, context, conditions)
 
 
@@ -97,7 +97,7 @@ def _named(name: str, files: tuple[JobFile, ...]) -> JobFile:
     for file in files:
         if file.name == name:
             return file
-    raise ProblemError(problem("not-found", "the job was sent no such file"))
+    raise ProblemError(problem("not-found", "no file of this name was sent with the job"))
 
 
 def _again(record: JobRecord, file: JobFile, context: Context, conditions: Conditions) -> Response:

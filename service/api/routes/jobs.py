@@ -202,7 +202,7 @@ def position_of(cursor: str | None, order: Order = "newest") -> str | None:
     after = None if cursor is None else place_before(cursor)
     if cursor is not None and (after is None or (":" in after) != (order == "failures")):
         raise ProblemError(
-            problem("input", "query parameter 'cursor' is not one of this service in this order")
+            problem("input", "query parameter 'cursor' is not from this list in this order")
         )
     return after
 
@@ -219,7 +219,7 @@ def cursor_after(place: str) -> str:
 
 
 def place_before(cursor: str) -> str | None:
-    """The place a cursor was made of; None if it is no cursor of this service."""
+    """The place a cursor was made of; None if this service did not make it."""
     try:
         data = base64.urlsafe_b64decode(f"{cursor}==")
         job_id = str(uuid.UUID(bytes=data[-16:]))

@@ -174,7 +174,7 @@ class _Files:
         if isinstance(file, RemoteFile):
             return IncomingFile(file)
         if not isinstance(file, NamedBlob):
-            raise InputError("a batch names files and brings none")
+            raise InputError("a batch carries no files: name each by its URL or its hash")
         size = self._sizes.get(file.sha256)
         if size is None:
             # Kept in the batch's name, as its jobs are not known yet.

@@ -100,7 +100,7 @@ async function show(job) {
 }
 
 function ended(job) {
-  if (job.state === "succeeded") return [h("p", { class: "notice" }, "The files of this job have been let go.")];
+  if (job.state === "succeeded") return [h("p", { class: "notice" }, "The files of this job have expired.")];
   if (job.state === "canceled") return [h("p", { class: "notice" }, "This job was canceled; it left no files.")];
   const { error } = job;
   const where = [error?.file, error?.place].filter(Boolean).join(", ");

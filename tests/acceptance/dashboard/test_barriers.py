@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
 from meshcone.files import MeshFile
@@ -20,6 +19,7 @@ from service.api.schemas import Job
 from service.client import Client
 from service.dashboard.documentation import BUILT, Documentation
 from service.stack import Stack
+from tests.acceptance.dashboard.barriers import barriers
 from tests.acceptance.dashboard.browsing import (
     DESKTOP,
     PHONE,
@@ -29,9 +29,6 @@ from tests.acceptance.dashboard.browsing import (
 )
 from tests.painted import encoded, painted, picture
 
-SERIOUS = {"serious", "critical"}
-RULES = {"resultTypes": ["violations"]}
-AXE = Axe().axe_script
 SIDES: tuple[tuple[dict[str, int], Literal["light", "dark"]], ...] = (
     (DESKTOP, "light"),
     (DESKTOP, "dark"),
@@ -212,18 +209,6 @@ def jobs(
             "failed": client.submit(MeshFile("blank.obj", b"\n" * 16 * 2**20), jug),
         }
         yield {name: client.wait(job.id).id for name, job in sent.items()} | {"refined": refined.id}
-
-
-def barriers(page: Page, part: str | None) -> list[str]:
-    """What axe finds serious or worse in a part of the page."""
-    page.evaluate(f"if (!globalThis.axe) {{ {AXE} }}")
-    found = page.evaluate("([part, options]) => axe.run(part ?? document, options)", [part, RULES])
-    return [
-        f"{each['id']} at {node['html'][:160]}"
-        for each in found["violations"]
-        if each["impact"] in SERIOUS
-        for node in each["nodes"]
-    ]
 
 
 def looked_at(page: Page, step: Step) -> Iterator[str]:

@@ -18,6 +18,7 @@ from worker.jobs.records import Artifact
 
 SCOPES: tuple[Scope, ...] = ("submit", "read", "delete")
 
+VARYING = {"x-request-id", "ratelimit", "ratelimit-policy", "date"}
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n# "
 
 
@@ -72,3 +73,8 @@ def finish(http: TestClient, job_id: str) -> dict[str, bytes]:
     }
     context.ledger.succeed(job_id, context.ledger.begin(job_id), artifacts, verdict="pass")
     return made
+
+
+def told(answer: Response) -> tuple[int, str, dict[str, str]]:
+    headers = {name: each for name, each in answer.headers.items() if name not in VARYING}
+    return answer.status_code, answer.text, headers

@@ -8,7 +8,6 @@ from typing import Any
 
 import anyio
 import pytest
-from httpx2 import Response
 from redis import Redis
 from starlette.testclient import TestClient
 
@@ -21,11 +20,10 @@ from tests.integration.projects.callers import (
     caller,
     content,
     finish,
+    told,
 )
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
-
-VARYING = {"x-request-id", "ratelimit", "ratelimit-policy", "date"}
 
 
 def operations() -> list[tuple[str, str]]:
@@ -37,11 +35,6 @@ def operations() -> list[tuple[str, str]]:
         if "{job_id}" in path
     ]
     return described + [("HEAD", path) for method, path in described if method == "GET"]
-
-
-def told(answer: Response) -> tuple[int, str, dict[str, str]]:
-    headers = {name: each for name, each in answer.headers.items() if name not in VARYING}
-    return answer.status_code, answer.text, headers
 
 
 @pytest.mark.parametrize(("method", "path"), operations())

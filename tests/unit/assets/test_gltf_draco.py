@@ -294,7 +294,7 @@ def make_sparse(gltf: Gltf) -> None:
         (make_sparse, "not supported together with"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=9), "cut short"),
         (lambda g: g.json["bufferViews"][4].update(byteLength=60), "damaged"),
-        (lambda g: g.json["bufferViews"][4].update(byteOffset=0), "no Draco mesh"),
+        (lambda g: g.json["bufferViews"][4].update(byteOffset=0), "not a Draco mesh"),
     ],
 )
 def test_damage_is_refused_with_its_place(damage, message):

@@ -101,7 +101,7 @@ def test_an_image_after_one_that_ended_the_process_is_decoded() -> None:
         assert decoder._process is not None
         decoder._process.kill()
         decoder._process.wait()
-        with pytest.raises(UndecodableError, match="makes the decoder end"):
+        with pytest.raises(UndecodableError, match="crashes the decoder"):
             decoder.pixels(read(encoded(picture())))
 
         assert decoder.pixels(read(encoded(picture()))).shape == (32, 64, 4)

@@ -192,7 +192,7 @@ def test_closeness_is_searched_for_where_nobody_has_proven_it() -> None:
 
     assert unproven.failed() == set()
     assert found.ok
-    assert found.words.endswith("found by a search, for no proof is stored")
+    assert found.words.endswith("found by a search, because no proof is stored")
 
 
 def test_closeness_is_proven_where_the_alignment_brings_the_source() -> None:

@@ -70,8 +70,8 @@ def test_a_lying_header_is_refused_without_spending_memory(lie: str) -> None:
 @pytest.mark.parametrize(
     ("lie", "said"),
     [
-        ("ten trillion rows", "the header of 'before.npy' declares other data than there are"),
-        ("objects", "'before.npy' is of a type no certificate holds: |O"),
+        ("ten trillion rows", "the header of 'before.npy' does not match its data"),
+        ("objects", "'before.npy' has a type that certificates do not hold: |O"),
         ("a header that nests", "the header of 'before.npy' cannot be read"),
         ("a header of the second version", "the header of 'before.npy' has another version"),
         ("40 MB of zeros", "the archive unpacks to more than any certificate holds"),

@@ -233,7 +233,7 @@ def test_an_amount_of_detail_is_read(text: str, options: dict[str, Any]) -> None
 
 @pytest.mark.parametrize("text", ["", "x", "-1x", "4 x", "lots", "1e9", "4xx"])
 def test_what_is_no_amount_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="no amount of detail"):
+    with pytest.raises(InputError, match="not an amount of detail"):
         DetailOptions.asked(text)
 
 

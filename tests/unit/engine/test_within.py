@@ -135,7 +135,7 @@ def test_a_tolerance_without_a_unit_needs_no_conversion(text: str) -> None:
 
 
 def test_a_unit_that_is_not_known_is_refused_where_files_are_in_metres() -> None:
-    with pytest.raises(InputError, match="a glTF is in metres, and 'furlongs' is no unit"):
+    with pytest.raises(InputError, match="a glTF is in metres, and 'furlongs' is not a known unit"):
         Tolerance.parse("3 furlongs").in_metres()
 
 
@@ -158,7 +158,7 @@ def _exported(mesh: trimesh.Trimesh, name: str) -> bytes:
 
 @pytest.mark.parametrize("text", ["", "mm", "-1", "0", "1 2", "nan", "0.5mm²", "1e99"])
 def test_what_is_no_tolerance_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="is no tolerance"):
+    with pytest.raises(InputError, match="is not a tolerance"):
         Tolerance.parse(text)
 
 

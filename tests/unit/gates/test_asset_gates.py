@@ -198,8 +198,8 @@ def test_a_report_without_audits_leaves_their_gates_open() -> None:
         ("asset.materials.names", {"equals": "wood"}, 'a list of words: write a list: equals = ["'),
         ("asset.textures.formats", {"one_of": ["pgn"]}, 'the value is never "pgn"; did you mean'),
         ("asset.budget.triangels", {"max": 1}, "did you mean 'asset.budget.triangles'"),
-        ("fscore", {"min": 1}, "only where the mesh was measured"),
-        ("solver.iterations", {"max": 1}, "only where the mesh was refined"),
+        ("fscore", {"min": 1}, "only a measurement or a refinement has this value"),
+        ("solver.iterations", {"max": 1}, "only a refinement has this value"),
     ],
 )
 def test_a_bound_that_does_not_fit_is_refused_with_what_to_write(

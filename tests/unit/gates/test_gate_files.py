@@ -126,7 +126,7 @@ def test_json_says_the_same() -> None:
         ("gates.outcome.one_of = ['improved']", 'the value is never "improved"'),
         ("gates.outcome.equals = true", "the value is never true"),
         ('gates."validity.watertight".equals = "yes"', "a yes-or-no value: true or false"),
-        ("gates.'solver.iterations'.max = 9", "only where the mesh was refined"),
+        ("gates.'solver.iterations'.max = 9", "only a refinement has this value"),
         ("[classes.a]\nmach = ['*']", "unknown key 'mach' in 'classes.a'; did you mean 'match'?"),
         ("[classes.a.gates]\nemd.max = 1", "'match' in 'classes.a'"),
         (

@@ -203,7 +203,7 @@ def test_no_gate_passes_on_crossings_that_nobody_counted(key: str) -> None:
 
     assert check(uncounted, "validity.self_intersections", max=0).status == "not_tested"
     assert (found.status, found.value) == ("not_tested", None)
-    assert found.words.endswith("not tested, because nobody looked for 'faces.crossing'")
+    assert found.words.endswith("not tested, because this run did not look for 'faces.crossing'")
     assert check(uncounted, "warnings.edges", max=0).status == "pass"
     assert check(measured_with(reference()), key, max=0).status == "pass"
 

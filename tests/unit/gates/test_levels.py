@@ -58,7 +58,7 @@ def test_a_list_for_one_level_is_for_no_other() -> None:
 @pytest.mark.parametrize(
     ("level", "said"),
     [
-        (None, "'rock.glb' is none: end its name in _LOD1"),
+        (None, "'rock.glb' has no level: end its name in _LOD1"),
         (0, "levels of detail 1 to 3, but 'rock.glb' is level 0"),
         (4, "levels of detail 1 to 3, but 'rock.glb' is level 4"),
     ],

@@ -128,7 +128,7 @@ def test_what_is_no_mesh_is_a_type_error_that_says_what_is(given: Any, said: str
     ("given", "said"),
     [
         ((ROUGH[:, :2], FACES), f"the vertices must have the shape (n, 3), found ({COUNT}, 2)"),
-        ((["x"], FACES), "the vertices are no (n, 3) array of numbers"),
+        ((["x"], FACES), "the vertices are not an (n, 3) array of numbers"),
         (([], []), "the mesh has no vertices"),
         ((NAN, FACES), "vertex 3: (nan, nan, nan) is not finite"),
         ((ROUGH, []), "the mesh has no faces"),

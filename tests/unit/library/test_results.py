@@ -260,7 +260,7 @@ def test_an_audit_takes_any_mesh_with_or_without_a_reference() -> None:
 
 def test_a_verdict_can_be_about_what_is_kept_alone() -> None:
     assert meshcone.gate(smooth(), smooth(), keep=["materials"]).passed
-    with pytest.raises(ArgumentError, match="'gates' is missing, and so are 'profile' and 'keep'"):
+    with pytest.raises(ArgumentError, match="'gates', 'profile' and 'keep' are all missing"):
         meshcone.gate(smooth(), smooth())
 
 

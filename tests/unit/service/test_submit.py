@@ -16,10 +16,10 @@ MUG = "https://assets.example.org/mug.glb"
 @pytest.mark.parametrize(
     ("put", "said"),
     [
-        (["mash=https://x.example.org/a"], "--put mash: no result is called that.*mesh"),
-        (["mesh"], "is no URL that a service could put a result to"),
-        (["mesh=ftp://x.example.org/a"], "ftp://x.example.org/a: is no URL"),
-        (["mesh=s3://a/b", "mesh=s3://a/c"], "--put mesh: it can be put to one place"),
+        (["mash=https://x.example.org/a"], "--put mash: there is no result of that name.*mesh"),
+        (["mesh"], "is not a URL that a service can put a result to"),
+        (["mesh=ftp://x.example.org/a"], "ftp://x.example.org/a: is not a URL"),
+        (["mesh=s3://a/b", "mesh=s3://a/c"], "--put mesh: a result can be put to one place only"),
     ],
 )
 def test_a_place_for_results_must_be_one(put: list[str], said: str) -> None:
@@ -45,8 +45,8 @@ def test_results_are_not_put_over_the_files_that_were_sent(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"source_sha256": "5f"}, "mug.glb: '5f' is no SHA-256: expected 64 hexadecimal digits"),
-        ({"reference_sha256": "g" * 64}, "is no SHA-256"),
+        ({"source_sha256": "5f"}, "mug.glb: '5f' is not a SHA-256: expected 64 hexadecimal digits"),
+        ({"reference_sha256": "g" * 64}, "is not a SHA-256"),
     ],
 )
 def test_what_is_said_of_a_url_must_be_sound(more: dict[str, str], said: str) -> None:

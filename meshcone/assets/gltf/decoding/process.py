@@ -92,7 +92,8 @@ def _failure(called: str, code: int, place: str) -> MeshConeError:
         return InputError(f"the {called} data are damaged", place=place)
     if code == OUT_OF_MEMORY:
         return LimitError(
-            f"the {called} data need more memory than their size explains", place=place
+            f"the {called} data take more memory to decode than their size explains",
+            place=place,
         )
     if code == _UNEXPECTED:
         return InternalError(f"the {called} decoder cannot be run here", place=place)

@@ -83,7 +83,7 @@ def check_header(blob: DracoData) -> None:
         raise InputError("the Draco data are cut short", place=blob.place)
     magic, major, minor, kind, method, flags = _HEADER.unpack_from(blob.data)
     if magic != _MAGIC or kind != _MESH or method not in (_SEQUENTIAL, _EDGEBREAKER):
-        raise InputError("the bytes are no Draco mesh", place=blob.place)
+        raise InputError("the bytes are not a Draco mesh", place=blob.place)
     if major != 2:
         raise InputError(f"Draco bitstream {major}.{minor}; 2.2 is supported", place=blob.place)
     if flags & _METADATA or minor < 2:

@@ -59,11 +59,11 @@ def test_options_that_cannot_be_used_are_explained(
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"within": "5 parsecs?"}, "option 'within': '5 parsecs?' is no tolerance"),
+        ({"within": "5 parsecs?"}, "option 'within': '5 parsecs?' is not a tolerance"),
         ({"within": "5mm", "mode": "measure"}, "option 'within': it is for refinements"),
         ({"within": "5mm", "deviation": {"prove": False}}, "a tolerance needs the proof"),
         ({"within": "1", "gates": {"deviation.max": {"max": 1}}}, "there is one already"),
-        ({"within": "5mi"}, "a gltf is in metres, and 'mi' is no unit known here"),
+        ({"within": "5mi"}, "a gltf is in metres, and 'mi' is not a known unit"),
     ],
 )
 def test_a_tolerance_that_cannot_be_used_is_refused_at_the_door(

@@ -9,7 +9,7 @@ import re
 import pytest
 
 from service.dashboard.libraries import swagger_file, three_js
-from service.dashboard.pages import page
+from service.dashboard.pages import imported, module_urls, page
 from service.dashboard.routes import static
 from service.dashboard.static_files import own_names, required, static_file
 from service.html_report import ReportedAsset, html_report
@@ -74,6 +74,17 @@ def test_the_policy_names_the_import_map_and_no_other_script_in_the_page(kind: s
     assert hashed(imports) in made.policy
     assert "unsafe" not in made.policy
     assert inline == []
+
+
+@pytest.mark.parametrize("kind", PAGES)
+def test_a_page_names_every_module_that_it_starts_with(kind: str) -> None:
+    named = re.findall(r'<link rel="modulepreload" href="([^"]+)">', page(kind).html)
+
+    module = f"meshcone/{kind}-page"
+    started = [module, *imported(module)]
+    texts = [required(f"{name.partition('/')[2]}.js").data.decode() for name in started]
+    assert set(re.findall(r'\bfrom "(meshcone/[\w-]+)"', "".join(texts))) == set(started[1:])
+    assert named == [module_urls()[name] for name in started[1:]]
 
 
 def test_every_module_imports_what_there_is() -> None:
