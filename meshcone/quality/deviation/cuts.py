@@ -13,18 +13,19 @@ Any cut is valid; a good one makes the bounds of the halves exact sooner. Three 
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 
-from meshcone.quality.deviation.games import EDGES
-from meshcone.surface.arrays import Bools, Floats, Ints
+from meshcone.surface.arrays import Floats, Ints
+from meshcone.surface.compiled import compiled
 
 # Every so many generations the longest edge is cut in the middle.
 _MIDDLE_EVERY = 12
 # Nearer to the other surface than this share of its longest edge, a piece is cut at prisms only.
 _NEAR = 0.1
 _LEAST_CREASE, _LEAST_PRISM = 1e-3, 1e-6
+
+_Vector = tuple[float, float, float]
+_Cut = tuple[int, float]  # an edge, −1 for none, and a share of it
 
 
 def choose_cuts(
@@ -48,76 +49,130 @@ def choose_cuts(
     Returns:
         (k,) edges, from the corner of that number to the next, and (k,) shares of the edge.
     """
-    sides = corners[:, [1, 2, 0]] - corners
-    squared = np.einsum("kij,kij->ki", sides, sides)
-    longest = squared.argmax(axis=1)
-    turn = near = centre_distances < _NEAR * np.sqrt(squared.max(axis=1))
-    edge, at = np.full(len(corners), -1), np.full(len(corners), 0.5)
-    if creases:
-        edge, at = _crease_cuts(distances)
-        turn = near | (depth % 2 == 0) | (edge < 0)
-    turn = np.flatnonzero(turn)
-    prism_edge, prism_at = _prism_cuts(corners[turn], face[turn])
-    found = prism_edge >= 0
-    edge[turn[found]], at[turn[found]] = prism_edge[found], prism_at[found]
-    middle = (edge < 0) | (depth % _MIDDLE_EVERY == _MIDDLE_EVERY - 1)
-    return np.where(middle, longest, edge), np.where(middle, 0.5, at)
+    edges, shares = np.empty(len(corners), dtype=np.int64), np.empty(len(corners))
+    _choose_all(
+        np.ascontiguousarray(corners),
+        np.ascontiguousarray(distances),
+        centre_distances,
+        np.ascontiguousarray(face),
+        depth.astype(np.int64),
+        creases,
+        edges,
+        shares,
+    )
+    return edges, shares
 
 
-def _crease_cuts(distances: Floats) -> tuple[Ints, Floats]:
-    """The edge on which the least of the faces' bounds is largest inside; -1 where none is."""
-    count = distances.shape[2]
-    edge, at = np.full(count, -1), np.full(count, 0.5)
-    highest = np.full(count, -np.inf)
-    for number, (i, j) in enumerate(EDGES):
-        top, where = _envelope_top(distances[i], distances[j])
-        higher = (top > highest) & (where > _LEAST_CREASE) & (where < 1 - _LEAST_CREASE)
-        edge[higher], at[higher], highest[higher] = number, where[higher], top[higher]
-    return edge, at
+# What is called stands above what calls it, which is compiled when it is read.
 
 
-def _envelope_top(start: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Top of the lower envelope of lines over [0, 1], (f, k) values at either end: value, place."""
-    largest = np.maximum(start, end)
-    least = largest.argmin(axis=0)[None]
-    top = np.take_along_axis(largest, least, 0)[0]
-    falling = np.take_along_axis(start, least, 0) >= np.take_along_axis(end, least, 0)
-    where = np.where(falling[0], 0.0, 1.0)
-    slope = end - start
-    for first, second in combinations(range(len(start)), 2):
-        with np.errstate(all="ignore"):
-            crossing = (start[second] - start[first]) / (slope[first] - slope[second])
-            value = start[first] + crossing * slope[first]
-        opposed = slope[first] * slope[second] < 0
-        lower = opposed & (crossing > 0) & (crossing < 1) & (value < top)
-        top, where = np.where(lower, value, top), np.where(lower, crossing, where)
+@compiled()
+def _envelope_top(distances: Floats, i: int, j: int, piece: int) -> tuple[float, float]:
+    """Top of the lower envelope of the faces' lines from corner i to j: value and place."""
+    faces = distances.shape[1]
+    top, where = np.inf, 0.0
+    for face in range(faces):
+        start, end = distances[i, face, piece], distances[j, face, piece]
+        if max(start, end) < top:
+            top, where = max(start, end), 0.0 if start >= end else 1.0
+    for first in range(faces):
+        for second in range(first + 1, faces):
+            here, there = distances[i, first, piece], distances[i, second, piece]
+            slope = distances[j, first, piece] - here
+            other = distances[j, second, piece] - there
+            if slope * other < 0:
+                crossing = (there - here) / (slope - other)
+                value = here + crossing * slope
+                if 0 < crossing < 1 and value < top:
+                    top, where = value, crossing
     return top, where
 
 
-def _prism_cuts(corners: Floats, face: Floats) -> tuple[Ints, Floats]:
-    """The edge that leaves the prism over a face farthest, and where; -1 where none does."""
-    count = len(corners)
-    edge, at, farthest = np.full(count, -1), np.full(count, 0.5), np.zeros(count)
-    sides = face[:, [1, 2, 0]] - face
-    normal = np.cross(sides[:, 0], sides[:, 2])
-    for side in range(3):
-        outside = _heights(corners, face[:, side], np.cross(normal, sides[:, side]))
-        for number, (i, j) in enumerate(EDGES):
-            start, end = outside[:, i], outside[:, j]
-            with np.errstate(all="ignore"):
-                where = start / (start - end)
-            reach = np.maximum(start, end)
-            better = _between(where) & (reach > farthest)
-            edge[better], at[better], farthest[better] = number, where[better], reach[better]
+@compiled()
+def _crease_cut(distances: Floats, piece: int) -> _Cut:
+    """The edge on which the least of the faces' bounds is largest inside."""
+    edge, at, highest = -1, 0.5, -np.inf
+    for number in range(3):
+        top, where = _envelope_top(distances, number, (number + 1) % 3, piece)
+        if top > highest and _LEAST_CREASE < where < 1 - _LEAST_CREASE:
+            edge, at, highest = number, where, top
     return edge, at
 
 
-def _heights(corners: Floats, origin: Floats, normal: Floats) -> Floats:
-    """Heights (k, 3) of corners over planes; NaN over a plane without a normal."""
-    with np.errstate(all="ignore"):
-        unit = normal / np.sqrt(np.einsum("ki,ki->k", normal, normal))[:, None]
-    return np.asarray(np.einsum("kij,kj->ki", corners - origin[:, None], unit))
+@compiled()
+def _side(corners: Floats, start: int) -> _Vector:
+    """The vector from a corner of (3, 3) to the next."""
+    end = (start + 1) % 3
+    x, y = corners[end, 0] - corners[start, 0], corners[end, 1] - corners[start, 1]
+    return x, y, corners[end, 2] - corners[start, 2]
 
 
-def _between(where: Floats) -> Bools:
-    return np.asarray((where > _LEAST_PRISM) & (where < 1 - _LEAST_PRISM))
+@compiled()
+def _crossed(u: _Vector, v: _Vector) -> _Vector:
+    x, y = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2]
+    return x, y, u[0] * v[1] - u[1] * v[0]
+
+
+@compiled()
+def _product(u: _Vector, v: _Vector) -> float:
+    return u[0] * v[0] + u[2] * v[2] + u[1] * v[1]  # numpy's order: the same bits
+
+
+@compiled()
+def _heights(corners: Floats, origin: Floats, normal: _Vector) -> _Vector:
+    """Heights of three corners over a plane; no numbers over one without a normal."""
+    length = np.sqrt(_product(normal, normal))
+    unit = normal[0] / length, normal[1] / length, normal[2] / length
+    p, q, r = corners[0], corners[1], corners[2]
+    x, y, z = origin[0], origin[1], origin[2]
+    a, b = (p[0] - x, p[1] - y, p[2] - z), (q[0] - x, q[1] - y, q[2] - z)
+    return _product(a, unit), _product(b, unit), _product((r[0] - x, r[1] - y, r[2] - z), unit)
+
+
+@compiled()
+def _prism_cut(corners: Floats, face: Floats) -> _Cut:
+    """The edge of a piece (3, 3) that leaves the prism over a face (3, 3) farthest."""
+    edge, at, farthest = -1, 0.5, 0.0
+    normal = _crossed(_side(face, 0), _side(face, 2))
+    for side in range(3):
+        heights = _heights(corners, face[side], _crossed(normal, _side(face, side)))
+        for number in range(3):
+            start, end = heights[number], heights[(number + 1) % 3]
+            where, reach = start / (start - end), max(start, end)
+            if _LEAST_PRISM < where < 1 - _LEAST_PRISM and reach > farthest:
+                edge, at, farthest = number, where, reach
+    return edge, at
+
+
+@compiled(
+    "void(float64[:,:,::1], float64[:,:,::1], float64[::1], float64[:,:,::1], int64[::1],"
+    "boolean, int64[::1], float64[::1])"
+)
+def _choose_all(
+    corners: Floats,
+    distances: Floats,
+    centre_distances: Floats,
+    face: Floats,
+    depth: Ints,
+    creases: bool,
+    edges: Ints,
+    shares: Floats,
+) -> None:
+    for piece in range(len(corners)):
+        longest, squared = 0, -1.0
+        for number in range(3):
+            side = _side(corners[piece], number)
+            length = _product(side, side)
+            if length > squared:
+                longest, squared = number, length
+        edge, at = -1, 0.5
+        if creases:
+            edge, at = _crease_cut(distances, piece)
+        near = centre_distances[piece] < _NEAR * np.sqrt(squared)
+        if near or (creases and (depth[piece] % 2 == 0 or edge < 0)):
+            prism_edge, prism_at = _prism_cut(corners[piece], face[piece])
+            if prism_edge >= 0:
+                edge, at = prism_edge, prism_at
+        if edge < 0 or depth[piece] % _MIDDLE_EVERY == _MIDDLE_EVERY - 1:
+            edge, at = longest, 0.5
+        edges[piece], shares[piece] = edge, at
