@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from meshcone.program.request import RequestedCones
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.surface_problem import SurfaceProblem
+from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Bools, Floats
 
 RoundCallback = Callable[[int, int], None]
@@ -30,8 +31,28 @@ RoundCallback = Callable[[int, int], None]
 # Rounds before the last only prepare the next one's data: their relaxation need not be
 # solved beyond this share of its first gradient.
 _INTERMEDIATE_REDUCTION = 1e-2
+# What the last round after the schedule may take of the dual method, in systems and in products:
+# about what all rounds before it take. It is a remedy, and there are others.
+_REMEDY_WORK = (100, 2000)
 # A round that moves no vertex by more than this share of the radius ends the refinement.
 _STANDSTILL = 1e-7
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a round begins.
+
+    Attributes:
+        positions: (n, 3).
+        known: multipliers of the round before.
+        together: rounds so far that were finished as one program after regions.
+        products: with its matrix, which that took.
+    """
+
+    positions: Floats
+    known: Sequence[Multipliers]
+    together: int
+    products: int
 
 
 @dataclass(frozen=True)
@@ -82,8 +103,9 @@ class Attempt:
         self.records: list[RoundRecord] = []
         self.finish: Finish | None = None
         self._known: Sequence[Multipliers] = ()
+        self._path: list[_Place] = []  # where each of its rounds began
         self._final: FinalProgram | None = None
-        # Rounds that were finished as one program after regions, and its products with its matrix.
+        # Rounds that were finished as one program after regions, and products with its matrix.
         self._together, self._products = 0, 0
 
     @property
@@ -123,31 +145,46 @@ class Attempt:
         return 0 if self.finish is not None else self._rounds - self._solved
 
     def shortened(self, rounds: int) -> Attempt:
-        """Return an attempt from the same start that ends after fewer rounds, unsolved."""
-        return Attempt(self.name, self._problem, self._options, rounds=rounds)
+        """Return an attempt that ends after so many of this one's rounds.
+
+        Its last one is left to solve: where others follow, a round is solved but loosely.
+        """
+        index, place = self.records[rounds - 1].round - 1, self._path[rounds - 1]
+        further = self._beside(index, index + 1, place)
+        further._path, further.records = self._path[: rounds - 1], self.records[: rounds - 1]
+        return further
 
     def guarded(self) -> Attempt:
         """Return an attempt that goes on from this one's end with guard rounds, unsolved."""
-        last = self._problem.guarded_rounds
-        further = Attempt(self.name, self._problem, self._options, rounds=last)
         # A schedule that ended early leaves rounds out: guard rounds keep their numbers.
-        further._solved = self._problem.rounds
-        further.positions, further._known = self.positions, self._known
-        further.records = list(self.records)
-        return further
+        first, last = self._problem.rounds, self._problem.guarded_rounds
+        return self._beside(first, last, self._place)
 
     def holding(self, vertices: Bools) -> Attempt:
         """Return an attempt that gives (n,) vertices back to the input and fits the rest again.
 
         It goes on from this one's end and has one round to solve.
         """
-        last = self._problem.all_rounds
-        further = Attempt(self.name, self._problem, self._options, rounds=last)
-        further._solved = last - 1
-        source = self._problem.source.vertices
-        further.positions = np.where(vertices[:, None], source, self.positions)
-        further._known, further.records = self._known, list(self.records)
+        last, source = self._problem.all_rounds, self._problem.source.vertices
+        given_back = np.where(vertices[:, None], source, self.positions)
+        return self._beside(last - 1, last, replace(self._place, positions=given_back))
+
+    def _beside(self, solved: int, rounds: int, place: _Place) -> Attempt:
+        """Return an attempt with this one's rounds behind it, at a place, that ends at a round."""
+        further = Attempt(self.name, self._problem, self._options, rounds=rounds)
+        further._solved, further._path = solved, list(self._path)
+        further.positions, further._known = place.positions, place.known
+        further._together, further._products = place.together, place.products
+        further.records = list(self.records)
         return further
+
+    @property
+    def _place(self) -> _Place:
+        return _Place(self.positions, self._known, self._together, self._products)
+
+    def after(self, rounds: int) -> Floats:
+        """Return where so many of its rounds left the vertices, (n, 3)."""
+        return self.positions if rounds == len(self._path) else self._path[rounds].positions
 
     def advance(self, rounds: int, count: Countdown) -> None:
         """Solve rounds until so many are, or the last one is.
@@ -156,7 +193,7 @@ class Attempt:
             ContradictionError, SolveTimeoutError, InternalError: from the solvers.
         """
         while self.finish is None and self._solved < min(rounds, self._rounds):
-            self._solve_next(count)
+            self.step(count)
 
     def complete(self, count: Countdown) -> Finish:
         """Solve all rounds that are left."""
@@ -179,10 +216,15 @@ class Attempt:
         """Keep no program: it is large, and can be written again."""
         self._final = None
 
-    def _solve_next(self, count: Countdown) -> None:
+    def step(self, count: Countdown) -> None:
+        """Solve one round.
+
+        Raises:
+            ContradictionError, SolveTimeoutError, InternalError: from the solvers.
+        """
         require_time()
         started = time.perf_counter()
-        index, before = self._solved, self.positions
+        index, place, before = self._solved, self._place, self.positions
         objective, families = self._problem.program(index, before)
         if index == 0:
             require_feasible(families, self._problem.source.vertices, self._options)
@@ -193,6 +235,7 @@ class Attempt:
             solution = self._optimum(objective, families, last=True)
         elapsed = time.perf_counter() - started
         self.records.append(record_round(index, solution, families, before, elapsed))
+        self._path.append(place)
         self.positions, self._known = solution.positions, solution.multipliers
         self._solved += 1
         if last:
@@ -213,20 +256,20 @@ class Attempt:
         regions, known, options = self._problem.regions, self._known, self._options
         reduction = 0.0 if last else _INTERMEDIATE_REDUCTION
         start, count = self.positions, len(self.positions)
+        afterwards = last and self._solved >= self._problem.rounds
+        most = Allowance(*_REMEDY_WORK) if afterwards else None
         if not regions:
             return solve_round(
-                objective, families, start, options, reduction=reduction, known=known
+                objective, families, start, options, reduction, known, allowance=most
             )
         # What is held leaves little to solve: it is not divided.
         if isinstance(objective, SurfaceObjective) and within_regions(regions, known, count):
-            apart = solve_apart(
-                regions, objective, families, start, options, reduction=reduction, known=known
-            )
+            apart = solve_apart(regions, objective, families, start, options, reduction, known)
             start, known = apart.positions, apart.multipliers
             if not last and within_regions(regions, known, count):
                 return apart
         solution, products = solve_together(
-            objective, families, start, options, reduction=reduction, known=known
+            objective, families, start, options, reduction, known, allowance=most
         )
         self._together, self._products = self._together + 1, self._products + products
         return solution

@@ -25,6 +25,7 @@ from meshcone.program.projection import project_dual, projection_derivative
 from meshcone.program.relaxation import PreconditionedObjective, preconditioner
 from meshcone.program.scs_solver import PrimalDual
 from meshcone.program.vertex_blocks import CongruenceBlocks
+from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Floats
 
 _OUTER_LIMIT = 40
@@ -51,13 +52,11 @@ class DualRun:
         solution: the last point, multipliers and slacks.
         converged: whether both residuals met the tolerance.
         multiplier_steps: outer iterations.
-        newton_steps: linear systems solved in all.
     """
 
     solution: PrimalDual
     converged: bool
     multiplier_steps: int
-    newton_steps: int
 
 
 def solve_by_multipliers(
@@ -66,7 +65,7 @@ def solve_by_multipliers(
     start: Floats,
     multipliers: Floats,
     tolerance: float,
-    newton_budget: int = 200,
+    allowance: Allowance,
 ) -> DualRun:
     """Solve a program from a first guess.
 
@@ -77,28 +76,27 @@ def solve_by_multipliers(
         multipliers: (m,) first y.
         tolerance: on the primal residual in the program's unit of length, and on the dual
             residual relative to the largest of ‖P x‖, ‖c‖, ‖Aᵀy‖, all in the ∞-norm.
-        newton_budget: linear systems to solve at most: a program on which the method is
-            slow, because most of a mesh's cones bind, is better left to another.
+        allowance: what it may take: a program on which the method is slow, because most of
+            a mesh's cones bind, is better left to another.
     """
-    state = _State(objective, constraints, start, multipliers)
+    state = _State(objective, constraints, start, multipliers, allowance)
     penalty = _FIRST_PENALTY * state.blocks.mean_diagonal()
     ceiling = _LARGEST_PENALTY * penalty
     primal = np.inf
-    newton_steps = 0
     residuals: list[float] = []
     inner_tolerance = _LOOSEST_INNER_TOLERANCE
     for outer in range(1, _OUTER_LIMIT + 1):
-        newton_steps += state.minimise(penalty, max(inner_tolerance, 0.3 * tolerance))
+        state.minimise(penalty, max(inner_tolerance, 0.3 * tolerance))
         inner_tolerance *= _INNER_TOLERANCE_FACTOR
         previous, primal = primal, state.step_multipliers(penalty)
         residuals.append(primal)
         if primal <= tolerance and state.dual_residual() <= tolerance:
-            return DualRun(state.solution(), True, outer, newton_steps)
-        if newton_steps >= newton_budget or _stalled(residuals):
-            return DualRun(state.solution(), False, outer, newton_steps)
+            return DualRun(state.solution(), True, outer)
+        if allowance.is_spent or _stalled(residuals):
+            return DualRun(state.solution(), False, outer)
         if primal > 0.25 * previous:
             penalty = min(penalty * _PENALTY_GROWTH, ceiling)
-    return DualRun(state.solution(), False, _OUTER_LIMIT, newton_steps)
+    return DualRun(state.solution(), False, _OUTER_LIMIT)
 
 
 def _stalled(residuals: list[float]) -> bool:
@@ -111,9 +109,14 @@ class _State:
     """x, y and the products of them that every step needs."""
 
     def __init__(
-        self, objective: PreconditionedObjective, constraints: Constraints, x: Floats, y: Floats
+        self,
+        objective: PreconditionedObjective,
+        constraints: Constraints,
+        x: Floats,
+        y: Floats,
+        allowance: Allowance,
     ) -> None:
-        self.x, self.y = x, y
+        self.x, self.y, self._allowance = x, y, allowance
         self.slack = np.zeros_like(y)
         self.blocks = objective.diagonal_blocks()
         self._product, self._c = objective.product(), objective.linear
@@ -126,22 +129,21 @@ class _State:
     def solution(self) -> PrimalDual:
         return PrimalDual(self.x, self.y, self.slack)
 
-    def minimise(self, penalty: float, tolerance: float) -> int:
-        """Minimise φ for the present y; return the number of Newton steps."""
-        for step in range(_NEWTON_LIMIT):
+    def minimise(self, penalty: float, tolerance: float) -> None:
+        """Minimise φ for the present y, as far as the allowance goes."""
+        for _ in range(_NEWTON_LIMIT):
             require_time()
             shifted = self._shifted(penalty)
             projected = project_dual(shifted, self._cones)
             smooth, pull, scale = self._gradient(projected)
             gradient = smooth + pull
-            if _largest(gradient) <= tolerance * scale:
-                return step
+            if _largest(gradient) <= tolerance * scale or self._allowance.is_spent:
+                return
             direction = self._newton_direction(shifted, gradient, penalty)
             length = self._step_length(direction, shifted, smooth, penalty)
             if length == 0:
-                return step + 1
+                return
             self.x = self.x + length * direction
-        return _NEWTON_LIMIT
 
     def step_multipliers(self, penalty: float) -> float:
         """Set y to the projection; return the primal residual ‖A x + s − b‖∞."""
@@ -167,10 +169,13 @@ class _State:
 
     def _newton_direction(self, shifted: Floats, gradient: Floats, penalty: float) -> Floats:
         derivative = penalty * projection_derivative(shifted, self._cones)
-        size = len(self.x)
+        size, allowance = len(self.x), self._allowance
+        most = min(_CG_LIMIT, allowance.products)
+        allowance.systems -= 1
 
         def hessian(d: Floats) -> Floats:
             require_time()
+            allowance.products -= 1
             curved = self._At @ (derivative @ (self._A @ d))
             return np.asarray(self._product(d) + curved)
 
@@ -178,7 +183,7 @@ class _State:
             LinearOperator((size, size), matvec=hessian, dtype=np.float64),
             -gradient,
             rtol=_FORCING,
-            maxiter=_CG_LIMIT,
+            maxiter=most,
             M=preconditioner(self.blocks + self._curved_blocks.of(derivative)),
         )
         return np.asarray(direction)

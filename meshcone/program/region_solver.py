@@ -29,6 +29,7 @@ from meshcone.program.restriction import RestrictedCones, restricted_objective
 from meshcone.program.round_solver import Method, RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.vertex_blocks import VertexBlocks
+from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Floats, Ints
 
 
@@ -55,7 +56,6 @@ def solve_apart(
     families: Sequence[ConeFamily],
     start: Floats,
     options: SolverOptions,
-    *,
     reduction: float,
     known: Sequence[Multipliers],
 ) -> RoundSolution:
@@ -99,9 +99,10 @@ def solve_together(
     families: Sequence[ConeFamily],
     start: Floats,
     options: SolverOptions,
-    *,
     reduction: float,
     known: Sequence[Multipliers],
+    *,
+    allowance: Allowance | None = None,
 ) -> tuple[RoundSolution, int]:
     """Solve the whole program, from where its regions have brought it.
 
@@ -109,7 +110,7 @@ def solve_together(
         What :func:`solve_round` does, and how many products with the whole matrix it took.
     """
     counted = _CountedObjective(objective)
-    solution = solve_round(counted, families, start, options, reduction=reduction, known=known)
+    solution = solve_round(counted, families, start, options, reduction, known, allowance=allowance)
     return solution, counted.products
 
 

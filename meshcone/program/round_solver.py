@@ -28,6 +28,7 @@ from meshcone.program.conic import (
 from meshcone.program.multipliers import Multipliers, flatten, unflatten
 from meshcone.program.relaxation import PreconditionedObjective, solve_relaxation
 from meshcone.program.scs_solver import PrimalDual, ScsRun, certifiable, solve
+from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Floats, Ints
 
 Method = Literal["relaxation", "multipliers", "scs"]
@@ -35,8 +36,9 @@ Method = Literal["relaxation", "multipliers", "scs"]
 _PASS_LIMIT = 20
 # Tolerance of the dual method in units of SCS's, in the last round and in those before.
 _TIGHT, _LOOSE = 1e-2, 100.0
-# Linear systems it may solve; a round that only prepares the next one is worth fewer.
-_TIGHT_BUDGET, _LOOSE_BUDGET = 200, 40
+# Linear systems it may solve and products it may take for that, over all selections of a round;
+# a round that only prepares the next one is worth fewer.
+_TIGHT_WORK, _LOOSE_WORK = (200, 20_000), (40, 4_000)
 # A cone exceeded by less than this share of the radius counts as satisfied.
 FEASIBILITY = 1e-7
 # Cones this close to their bound join the first selection: they are next to be violated.
@@ -72,9 +74,10 @@ def solve_round(
     families: Sequence[ConeFamily],
     start: Floats,
     options: SolverOptions,
-    *,
     reduction: float = 0.0,
     known: Sequence[Multipliers] = (),
+    *,
+    allowance: Allowance | None = None,
 ) -> RoundSolution:
     """Solve a round's program to optimality.
 
@@ -86,6 +89,7 @@ def solve_round(
         reduction: how far CG need reduce the gradient of the relaxation; 0 for all the way.
             A round of which that is enough is also solved less tightly over its cones.
         known: multipliers of the round before: most of its active cones will be again.
+        allowance: what the dual method may take, if less than usual.
 
     Raises:
         InfeasibleError: the constraints contradict each other.
@@ -99,7 +103,10 @@ def solve_round(
         return _by_scs(program, run, passes=1)
     if not any(_exceeded(family, relaxed) for family in families):
         return RoundSolution(relaxed.reshape(-1, 3), (), "relaxation", 0)
-    return _solve_active(objective, families, relaxed, options, tuple(known), loose=reduction > 0)
+    loose = reduction > 0
+    if allowance is None:
+        allowance = Allowance(*(_LOOSE_WORK if loose else _TIGHT_WORK))
+    return _solve_active(objective, families, relaxed, options, tuple(known), loose, allowance)
 
 
 def _solve_active(
@@ -108,11 +115,10 @@ def _solve_active(
     x: Floats,
     options: SolverOptions,
     known: tuple[Multipliers, ...],
-    *,
     loose: bool,
+    allowance: Allowance,
 ) -> RoundSolution:
     tolerance = (_LOOSE if loose else _TIGHT) * options.tolerance
-    budget = _LOOSE_BUDGET if loose else _TIGHT_BUDGET
     active = {entry.family.kind: entry.which for entry in known}
     nowhere = np.empty(0, dtype=np.int64)
     chosen = [
@@ -124,7 +130,7 @@ def _solve_active(
         selected = [Selection(family, which) for family, which in pairs]
         constraints = write_constraints(selected, len(x))
         start = flatten(known, constraints.selections)
-        dual = solve_by_multipliers(objective, constraints, x, start, tolerance, budget)
+        dual = solve_by_multipliers(objective, constraints, x, start, tolerance, allowance)
         found = unflatten(dual.solution.y, constraints.selections, objective.linear)
         positions = dual.solution.x.reshape(-1, 3)
         solution = RoundSolution(positions, found, "multipliers", passes)

@@ -183,7 +183,7 @@ class SurfaceRefiner:
         positions = attempt.complete(count).solution.positions
         rounds, raced = self._raced.get(attempt, (0, np.inf))
         if np.isfinite(raced) and (reached := self._score(positions)) > _DRIFT * raced:
-            shorter = attempt.shortened(rounds)
+            shorter = attempt.shortened(min(rounds, len(attempt.records)))
             earlier = shorter.complete(Countdown(None, 0)).solution.positions
             if self._score(earlier) < reached:
                 attempt.let_go()
@@ -201,16 +201,14 @@ class SurfaceRefiner:
         end = harm.examine(attempt.finish.solution.positions)
         if end.distances.mean >= harm.input.distances.mean:
             return None
-        silent, again = Countdown(None, 0), attempt.shortened(len(attempt.records))
-        harmless: list[int] = []
-        for rounds in range(2, len(attempt.records)):
-            again.advance(rounds, silent)
-            if not harm.objections(again.positions):
-                harmless.append(rounds)
-        # Rounds before the last are solved loosely: their optima may be worse than they are.
-        for rounds in reversed(harmless[-_LOOKED_AT_AGAIN:]):
-            answer, _ = self._if_harmless(attempt.shortened(rounds), harm, silent)
-            if answer is not None:
+        looked_at = 0
+        for rounds in range(len(attempt.records) - 1, 1, -1):
+            if harm.objections(attempt.after(rounds)):
+                continue
+            # Rounds before the last are solved loosely: their optima may be worse than they are.
+            answer, _ = self._if_harmless(attempt.shortened(rounds), harm, Countdown(None, 0))
+            looked_at += 1
+            if answer is not None or looked_at == _LOOKED_AT_AGAIN:
                 return answer
         return None
 

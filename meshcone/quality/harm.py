@@ -32,6 +32,8 @@ _FELT = 0.25
 _FEWEST_DEFECTS, _FEW_SHARE = 4, 0.05
 _DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
 
+_LARGEST = "the largest"
+
 
 @dataclass(frozen=True)
 class Distances:
@@ -105,21 +107,28 @@ class HarmCheck:
 
     def farther(self, now: Examined) -> list[str]:
         """Say which distances have grown beyond what is allowed."""
+        return [
+            f"{what} distance grows from {before:.3g} to {after:.3g} of the radius"
+            for what, (before, after) in self._grown(now).items()
+        ]
+
+    def _grown(self, now: Examined) -> dict[str, tuple[float, float]]:
+        """Which distances have grown beyond what is allowed, from what to what."""
         if not self._distances_count:
-            return []
+            return {}
         was, reached = self.input.distances, now.distances
         largest = was.max
         if now.largest > _allowed(largest, _MAX_SHARE, _MAX_ROUNDING):
             largest = self.input.largest  # which is at least that of its samples
-        return [
-            f"{what} distance grows from {before:.3g} to {after:.3g} of the radius"
+        return {
+            what: (before, after)
             for what, before, after, share, rounding in (
                 ("the mean", was.mean, reached.mean, _MEAN_SHARE, 0.0),
                 ("the 95th percentile of the", was.p95, reached.p95, _P95_SHARE, _P95_ROUNDING),
-                ("the largest", largest, now.largest, _MAX_SHARE, _MAX_ROUNDING),
+                (_LARGEST, largest, now.largest, _MAX_SHARE, _MAX_ROUNDING),
             )
             if after > _allowed(before, share, rounding)
-        ]
+        }
 
     def gain(self, now: Examined) -> Gain:
         """How much closer than the input a mesh is, and what of it may be luck of the samples."""
@@ -149,17 +158,21 @@ class HarmCheck:
     def places(self, now: Examined) -> Bools:
         """Find the vertices around what speaks against a mesh, (n,).
 
-        Of what the reference's side misses, the source's own closest faces count.
+        Of what the reference's side misses, the source's own closest faces count. Where only the
+        largest distance speaks against it, only what is that far away counts.
         """
         faces = np.zeros(len(self.source.faces), dtype=bool)
         vertices = np.zeros(len(self.source.vertices), dtype=bool)
-        if self.farther(now):
+        if grown := self._grown(now):
             was, reached = self.input.distances, now.distances
-            felt = max(_MAX_ROUNDING, _FELT * was.mean)
-            there, back = reached.sampled > was.sampled + felt
+            limit = _allowed(self.input.largest, _MAX_SHARE, _MAX_ROUNDING)
+            if grown.keys() - {_LARGEST}:
+                felt = max(_MAX_ROUNDING, _FELT * was.mean)
+                there, back = reached.sampled > was.sampled + felt
+            else:
+                there, back = reached.sampled > limit
             faces[self._faces[there]] = True
             missed = [self._samples[back]]
-            limit = _allowed(self.input.largest, _MAX_SHARE, _MAX_ROUNDING)
             if now.largest > limit:
                 ours, theirs = self.beyond(now.mesh, limit)
                 vertices[ours] = True

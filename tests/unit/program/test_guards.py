@@ -18,6 +18,7 @@ from meshcone.program.round_solver import solve_round
 from meshcone.program.rounds import refine_surface
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_problem import SurfaceProblems
+from meshcone.program.work import Allowance
 from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree
 from tests.meshes import noisy, sheet, sphere, torus
@@ -117,7 +118,7 @@ def test_no_held_face_turns_over_where_the_pulls_would_turn_it(seed: int) -> Non
 
 
 def test_guard_rounds_follow_where_the_schedule_leaves_folds() -> None:
-    source, reference, options = sphere(3), torus(32, 16, tube=0.4), parse_options(QUIET)
+    source, reference, options = sphere(3), torus(32, 16, tube=0.35), parse_options(QUIET)
     mended = refine_surface(source, reference, options)
     folded_up = refine_surface(source, reference, options, guarded=False)
 
@@ -130,6 +131,39 @@ def test_guard_rounds_follow_where_the_schedule_leaves_folds() -> None:
     assert found.amiss < 0.7 * without.amiss
     assert mended.final is not None
     assert "orientation" in {family.kind for family in mended.final.families}
+
+
+def test_guard_rounds_end_before_they_cost_distance() -> None:
+    source, reference = sphere(3), torus(32, 16, tube=0.5)
+    options, without = (
+        parse_options({**QUIET, "surface": {"guards": guards}}) for guards in (3, 0)
+    )
+
+    answer, folded_up = (refine_surface(source, reference, each) for each in (options, without))
+
+    harm = HarmCheck(source, reference, SurfaceTree(reference), 5_000_000)
+    found, before = (harm.examine(each.positions) for each in (answer, folded_up))
+    assert found.amiss < before.amiss
+    assert found.distances.mean <= 1.02 * before.distances.mean
+    schedule = next(c for c in candidates(options) if c.name == answer.candidate)
+    assert answer.final is not None
+    assert answer.final.round_index == len(schedule.options.fairness)  # the first of them
+    assert "orientation" not in {family.kind for family in answer.final.families}
+
+
+@pytest.mark.parametrize("allowance", [Allowance(2, 10_000), Allowance(200, 5)])
+def test_the_dual_method_ends_where_its_allowance_is_spent(allowance: Allowance) -> None:
+    reference = sphere(2)
+    moving = noisy(reference, 0.25, 1)
+    _, structure, prepared = guard_of(moving, reference)
+    objective = round_objective(4, moving, prepared, structure, Options().surface)
+    held = Orientation.at(moving, moving.face_normals, np.ones(len(moving.faces), dtype=bool))
+
+    found = solve_round(objective, [held], moving.vertices, SolverOptions(), allowance=allowance)
+
+    assert not found.converged
+    assert allowance.is_spent
+    assert min(allowance.systems, allowance.products) >= 0
 
 
 def test_without_guards_no_round_follows() -> None:

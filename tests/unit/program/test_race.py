@@ -150,3 +150,21 @@ def test_an_earlier_end_is_an_optimum_too() -> None:
     assert [record.round for record in shorter.records] == [1, 2, 3]
     found = residuals(final.objective, final.families, final.positions, final.multipliers)
     assert found.worst < 1e-6
+
+
+@pytest.mark.parametrize("rounds", [1, 3, 5])
+def test_a_shorter_attempt_ends_where_one_of_so_many_rounds_does(rounds: int) -> None:
+    options = parse_options({"effort": "fast"})
+    [setting] = candidates(options)
+    problem = SurfaceProblems(noisy(sphere(2), 0.02), sphere(3), options).problem(setting)
+    whole, alone = (
+        Attempt("", problem, options.solver),
+        Attempt("", problem, options.solver, rounds=rounds),
+    )
+    whole.complete(Countdown(None, 5))
+
+    shorter = whole.shortened(rounds)
+
+    found, expected = (each.complete(Countdown(None, 5)).solution for each in (shorter, alone))
+    np.testing.assert_allclose(found.positions, expected.positions, atol=1e-11)
+    assert len(shorter.records) == len(alone.records) == rounds

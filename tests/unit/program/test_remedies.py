@@ -130,6 +130,21 @@ def test_what_speaks_against_an_answer_is_found_where_it_is(vertex: int) -> None
     assert not (places & ~near).any()
 
 
+def test_where_only_the_largest_distance_harms_only_what_is_so_far_away_does() -> None:
+    reference = sphere(3)
+    upper = reference.vertices[:, 2] > 0
+    source = reference.moved_to(reference.vertices * np.where(upper, 1.2, 1)[:, None])
+    harm = HarmCheck(source, reference, SurfaceTree(reference), 5_000_000)
+    below = np.flatnonzero(reference.vertices[:, 2] < -0.9)[0]
+
+    # What was right is off by a little: the mean falls all the same.
+    places = harm.places(harm.examine(torn(1.04 * reference.vertices, below)))
+
+    near = np.linalg.norm(reference.vertices - reference.vertices[below], axis=1) < 0.4
+    assert places[below]
+    assert not (places & ~near).any()
+
+
 def test_a_place_that_harms_is_given_back_and_the_rest_is_kept() -> None:
     source, reference = noisy(sphere(3), 0.02), sphere(3)
     problems, attempt = completed(source, reference)
