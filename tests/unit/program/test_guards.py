@@ -96,6 +96,27 @@ def test_the_half_space_is_the_area_along_its_direction_to_first_order(seed: int
     assert (cones.slack(mesh.vertices) > 0).all()
 
 
+def test_a_held_face_may_lose_nine_tenths_of_its_area_and_no_more() -> None:
+    mesh = sphere(1)
+    cones = Orientation.at(mesh, mesh.face_normals, np.ones(len(mesh.faces), dtype=bool))
+
+    room = cones.slack(mesh.vertices)[:, 0] * cones.sizes
+
+    np.testing.assert_allclose(room, 0.9 * 2 * mesh.face_areas)
+
+
+def test_one_with_little_area_along_its_direction_may_lose_half_of_that() -> None:
+    mesh = sphere(1)
+    across = np.cross(mesh.face_normals, mesh.corners[:, 1] - mesh.corners[:, 0])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    directions = 0.1 * mesh.face_normals + np.sqrt(0.99) * across
+    cones = Orientation.at(mesh, directions, np.ones(len(mesh.faces), dtype=bool))
+
+    room = cones.slack(mesh.vertices)[:, 0] * cones.sizes
+
+    np.testing.assert_allclose(room, 0.5 * 0.1 * 2 * mesh.face_areas)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_held_face_turns_over_where_the_pulls_would_turn_it(seed: int) -> None:
     reference = sphere(2)

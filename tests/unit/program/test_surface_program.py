@@ -96,6 +96,21 @@ def test_the_relaxation_has_no_gradient_left(objective: SurfaceObjective):
     assert np.linalg.norm(gradient) < 1e-6 * np.linalg.norm(objective.linear)
 
 
+def test_samples_of_what_the_reference_lacks_pull_at_nothing():
+    source = noisy(PIPE, 0.02)
+    prepared = PreparedReference.of(SHORTER, len(source.vertices), seed=1)
+    structure = SourceStructure.of(source, prepared, noise_scale=0.5)
+
+    objective = round_objective(3, source, prepared, structure, SurfaceOptions())
+
+    assert objective.backward is not None
+    assert objective.carried is not None
+    corners = source.vertices[objective.carried.corners]
+    heights = np.einsum("ij,ij->i", objective.carried.weights, corners[:, :, 2])
+    assert (heights > 0.5).any()
+    assert not objective.backward.weights[heights > 0.5].any()
+
+
 def test_the_input_satisfies_the_default_edge_caps():
     source = noisy(torus(), 0.05)
 

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from meshcone.program.coupled_blocks import coupled_blocks
+from meshcone.program.relaxation import preconditioner
 from meshcone.program.vertex_blocks import CongruenceBlocks, VertexBlocks
 
 
@@ -27,6 +28,15 @@ def test_the_inverse_times_the_block_is_the_identity():
     product = blocks.full() @ blocks.inverse().full()
 
     np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), product.shape), atol=1e-12)
+
+
+def test_the_preconditioner_divides_each_vertex_by_its_block():
+    blocks, x = some_blocks(), np.random.default_rng(2).normal(size=21)
+
+    found = preconditioner(blocks) @ x
+
+    expected = np.linalg.solve(blocks.full(), x.reshape(-1, 3, 1)).ravel()
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
 def test_sums_are_those_of_the_matrices():
