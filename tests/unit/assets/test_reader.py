@@ -74,7 +74,7 @@ def test_a_huge_declared_size_is_refused_before_it_is_read(data):
         ("a.dae", b"<?xml version='1.0'?>", "an XML or HTML document"),
         ("a.glb", b"nothing like it", "does not start with 'glTF'"),
         ("a.gltf", b"[]", "does not start with a JSON object"),
-        ("a.txt", b"Dear reader", "not a mesh file that is known here"),
+        ("a.txt", b"Dear reader", "not a known kind of mesh file"),
     ],
 )
 def test_other_files_are_refused_by_what_they_are(name, data, message):

@@ -85,7 +85,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "no document": ({"document": None}, "it has no array 'document'"),
     "a document that is none": ({"document": np.array("Dear diary")}, "cannot be used, at"),
     "no start": ({"before": None}, "it has no array 'before'"),
-    "an array of no meaning": ({"diary": np.zeros(3)}, "an array of no meaning, 'diary'"),
+    "an unknown array": ({"diary": np.zeros(3)}, "an unknown array, 'diary'"),
     "whole numbers for positions": (
         {"positions": np.zeros((66, 3), dtype=np.int64)},
         "'positions' holds no floating-point numbers",
@@ -120,7 +120,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"extra_weights": np.zeros(3, dtype=np.int32)},
         "bounds that are not whole",
     ),
-    "leaves of a third surface": ({"other_cut": np.zeros(1)}, "of no meaning, 'other_cut'"),
+    "leaves of a third surface": ({"other_cut": np.zeros(1)}, "an unknown array, 'other_cut'"),
 }
 
 

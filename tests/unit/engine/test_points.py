@@ -110,7 +110,7 @@ def test_a_report_that_states_the_other_way_is_a_forgery(refinement: Refinement)
 
     [check] = [each for each in found.checks if each.name == "deviation"]
     assert not check.ok
-    assert "of which nothing follows" in check.words
+    assert "beyond points, which is unknown" in check.words
 
 
 def test_what_lies_over_a_hole_between_the_points_is_not_drawn_to_its_rim() -> None:

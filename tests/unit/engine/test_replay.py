@@ -69,7 +69,7 @@ def test_a_start_that_was_stretched_is_replayed() -> None:
 
 
 def test_guard_rounds_are_replayed() -> None:
-    ring = torus(32, 16, tube=0.4)
+    ring = torus(32, 16, tube=0.3)
     reference = MeshFile("ring.obj", shapes.obj(ring.vertices, ring.faces))
     ball = sphere(3)
 

@@ -134,7 +134,7 @@ def test_what_is_no_mesh_is_a_type_error_that_says_what_is(given: Any, said: str
         ((ROUGH, []), "the mesh has no faces"),
         ((ROUGH, FACES[:, :2]), f"must have the shape (m, 3) or (m, 4), found ({len(FACES)}, 2)"),
         ((ROUGH, FACES * 1.0), "the faces must be integers, found float64"),
-        ((ROUGH, [[0, 1], [1, 2, 3]]), "all of them must have as many corners"),
+        ((ROUGH, [[0, 1], [1, 2, 3]]), "all must have the same number of corners"),
         ((ROUGH, [[0, 1, COUNT]]), f"face 0: the corners (0, 1, {COUNT}) are not all among"),
         ((ROUGH, [[0, 1, -1]]), "face 0: the corners (0, 1, -1) are not all among"),
         (trimesh.Trimesh(), "the mesh has no vertices"),
