@@ -65,8 +65,8 @@ class Asset(abc.ABC):
         name: the file's name as its sender knows it.
         format: obj, glb, gltf, ply, stl or off.
         media_type: the format's registered media type.
-        positions: (r, 3) raw vertices in world space, in model units; of a glTF, those no face
-            uses need not be finite.
+        positions: (r, 3) raw vertices in world space, in model units; those that no face uses
+            need not be finite.
         weld: (r,) welded vertex of each raw vertex, -1 where no face uses it.
         vertices: (n, 3) welded vertices in world space.
         faces: (m, 3) triangles over the welded vertices.

@@ -32,6 +32,8 @@ class NumberStyle:
         most = _FEWEST_DIGITS
         decimals: set[int] = set()
         for word in words:
+            if word.lstrip(b"+-")[:1].lower() in (b"n", b"i"):  # nan and inf
+                continue
             mantissa, exponent, _ = word.lower().partition(b"e")
             whole, _, fraction = mantissa.partition(b".")
             most = max(most, len((whole + fraction).lstrip(b"+-0")))

@@ -47,7 +47,7 @@ def _binary(title: str, faces: bytes, place: str, message: str, length: str = "u
     )
 
 
-def _binary_points(title: str, points: bytes, place: str, message: str) -> Case:
+def _binary_points(title: str, points: bytes, place: str | None, message: str) -> Case:
     data = ply_header(encoding="binary_little_endian").encode() + points
     data += struct.pack("<B3i", 3, 0, 1, 2)
     return Case(title, "mesh.ply", constant(data), "input", place, message)
@@ -100,8 +100,8 @@ PLY = [
     _ascii("short vertex", _HEAD + "0 0\n" + _ROWS, "line 10", "3 numbers, found 2"),
     _ascii("word for a number", _HEAD + "0 0 x\n" + _ROWS, "line 10", "a number, found 'x'"),
     _ascii("grouped digits", _HEAD + "0 0 1_0\n" + _ROWS, "line 10", "found '1_0'"),
-    _ascii("not a number", _HEAD + "0 0 nan\n" + _ROWS, "line 10", "a finite number .* found nan"),
-    _ascii("infinite", _HEAD + "0 0 inf\n" + _ROWS, "line 10", "found inf"),
+    _ascii("not a number", _HEAD + "0 0 nan\n" + _ROWS, None, "it has no faces"),
+    _ascii("infinite", _HEAD + "0 0 inf\n" + _ROWS, None, "it has no faces"),
     _ascii("too large", _HEAD + "0 0 1e61\n" + _ROWS, "line 10", "found 1e.61"),
     _ascii("short face", _HEAD + _ROWS + "3 0 1\n", "line 14", "3 values .*, found 2"),
     _ascii("negative size", _HEAD + _ROWS + "-3 0 1 2\n", "line 14", "a list of length -3"),
@@ -129,8 +129,8 @@ PLY = [
         "mesh.ply",
         constant(ply_header(encoding="binary_big_endian").encode() + b"\x7f\xc0\0\0" + bytes(61)),
         "input",
-        r"byte \d+",
-        "found nan",
+        None,
+        "it has no faces",
     ),
     Case(
         "another element of 4 billion empty rows takes no time",
@@ -223,15 +223,17 @@ STL = [
         "3 numbers, found 2",
     ),
     _stl("word", "solid\n" + _FACET.replace("1 0 0", "1 x 0") + "endsolid", "line 5", "found 'x'"),
-    _stl("nan", "solid\n" + _FACET.replace("1 0 0", "1 nan 0") + "endsolid", "line 5", "found nan"),
+    _stl(
+        "nan", "solid\n" + _FACET.replace("1 0 0", "1 nan 0") + "endsolid", None, "it has no faces"
+    ),
     _stl("too short for binary", b"\0" * 79 + b"x", None, "at least 84 bytes, the file 80"),
     _stl("binary of 4 billion", bytes(80) + b"\xff" * 4 + bytes(50), "byte 80", "found 134"),
     _stl("binary cut short", bytes(80) + b"\2\0\0\0" + bytes(50), "byte 80", "184 bytes .* 134"),
     _stl(
         "binary NaN",
         bytes(80) + b"\1\0\0\0" + bytes(12) + struct.pack("<9fH", *[np.nan] * 9, 0),
-        "byte 96",
-        "found nan",
+        None,
+        "it has no faces",
     ),
     _limit("facets", "m.stl", "solid\n" + _FACET * 2 + "endsolid", ".*", "2 triangles", faces=1),
 ]
@@ -242,12 +244,12 @@ STL.append(
     _stl(
         "binary signalling NaN",
         bytes(80) + b"\1\0\0\0" + bytes(12) + SIGNALLING * 9 + bytes(2),
-        "byte 96",
-        "found nan",
+        None,
+        "it has no faces",
     )
 )
 PLY.append(
-    _binary_points("signalling NaN", SIGNALLING * 12, r"byte \d+", "found nan"),
+    _binary_points("signalling NaN", SIGNALLING * 12, None, "it has no faces"),
 )
 
 OFF = [

@@ -130,22 +130,29 @@ def _three_mf(data: bytes, _chord: float) -> tuple[bytes, float]:
 
 def _usd(data: bytes, _chord: float) -> tuple[bytes, float]:
     """Collect the meshes that a USD stage shows, in metres and with y up where it says which."""
-    import numpy as np
-    from pxr import Tf, Usd, UsdGeom
+    from pxr import Tf
 
     place = f"scene.{'usdz' if data.startswith(b'PK') else 'usd'}"
     Path(place).write_bytes(data)
     try:
-        _require_whole(place)
-        stage = Usd.Stage.Open(place)
+        return _glb(_usd_parts(place)), 0.0
     except Tf.ErrorException as error:
         words = str(error).rpartition(" : ")[2].strip(" '\n").replace(f"{Path.cwd()}/", "")
         raise _RefusedError(f"it is damaged: {words[:200]}") from None
+
+
+def _usd_parts(place: str) -> list[_Part]:
+    import numpy as np
+    from pxr import Usd, UsdGeom
+
+    layers = _require_whole(place)
+    stage = Usd.Stage.Open(layers[0])
     whole = np.eye(4)
     if stage.HasAuthoredMetadata("upAxis") and UsdGeom.GetStageUpAxis(stage) == "Z":
         whole[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     if UsdGeom.StageHasAuthoredMetersPerUnit(stage):
-        whole[:3, :3] *= UsdGeom.GetStageMetersPerUnit(stage)
+        # The schema says double, and some exporters write a float.
+        whole[:3, :3] *= float(stage.GetMetadata("metersPerUnit"))
     time = Usd.TimeCode.EarliestTime()
     parts: list[_Part] = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
@@ -160,13 +167,19 @@ def _usd(data: bytes, _chord: float) -> tuple[bytes, float]:
         elif not prim.IsA(UsdGeom.Curves) and not prim.IsA(UsdGeom.Points):
             kind = prim.GetTypeName()
             raise _RefusedError(f"'{prim.GetName()}' is a {kind}, and only meshes are read")
-    return _glb(parts), 0.0
+    return parts
 
 
-def _require_whole(place: str) -> None:
-    """Refuse what would have other files of this machine opened."""
+def _require_whole(place: str) -> list[Any]:
+    """Refuse what would have other files of this machine opened.
+
+    Returns:
+        The layers of the file, the root first. As long as they are held, a stage is composed of
+        these, without what was taken out of them.
+    """
     from pxr import Sdf
 
+    layers = []
     waiting, known = [place], {place}
     while waiting:
         name = waiting.pop()
@@ -176,7 +189,13 @@ def _require_whole(place: str) -> None:
             raise _RefusedError(
                 f"it lacks its file '{inside[:100]}'" if inside else "it is damaged"
             )
+        layers.append(layer)
         for named in layer.GetCompositionAssetDependencies():
+            if not named:  # a prim of the same file
+                continue
+            if named.lower().endswith(".mtlx"):  # MaterialX: looks alone
+                layer.UpdateCompositionAssetDependency(named, "")
+                continue
             other = Sdf.ComputeAssetPathRelativeToLayer(layer, named)
             if f"{place}[" not in other:
                 raise _RefusedError(f"it is in several files, of which '{named[:100]}' is another")
@@ -190,6 +209,7 @@ def _require_whole(place: str) -> None:
                 raise _RefusedError("its values are in other files (clips)")
 
         layer.Traverse(Sdf.Path.absoluteRootPath, require_no_clips)
+    return layers
 
 
 def _usd_mesh(mesh: Any, matrix: Any) -> Iterable[_Part]:

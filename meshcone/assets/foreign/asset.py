@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.astray import astray
 from meshcone.assets.base import Asset
 from meshcone.assets.foreign.divide import ForeignTriangles
 from meshcone.assets.foreign.divide_off import carries_more, divided_off
@@ -73,12 +74,17 @@ class ForeignAsset(Asset):
     def __init__(
         self, name: str, kind: ForeignFormat, data: bytes, polygons: Polygons, limits: Limits
     ) -> None:
-        whole = polygons.sizes >= 3
+        enough = polygons.sizes >= 3
+        nowhere = ~np.isfinite(polygons.positions).all(axis=1)
+        owners = np.repeat(np.arange(len(enough)), polygons.sizes)
+        lost = np.zeros(len(enough), dtype=bool)
+        lost[owners[nowhere[polygons.corners]]] = True
+        whole = enough & ~lost
         corners = polygons.corners[np.repeat(whole, polygons.sizes)]
         sizes = polygons.sizes[whole]
-        warnings = []
-        if not whole.all():
-            words = f"{np.count_nonzero(~whole)} faces with fewer than 3 corners; ignored"
+        warnings = list(astray(np.count_nonzero(nowhere), np.count_nonzero(lost), "faces"))
+        if not enough.all():
+            words = f"{np.count_nonzero(~enough)} faces with fewer than 3 corners; ignored"
             warnings.append(Notice(Code.FACES_TOO_FEW_CORNERS, words))
         triangles, fanned = triangulate(polygons.positions[corners], sizes)
         if fanned:
@@ -186,7 +192,8 @@ class ForeignAsset(Asset):
 
 def _normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """(m, 3) unit normals of (m, 3, 3) triangles; zero where one has no area."""
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    with np.errstate(invalid="ignore"):  # facets that are nowhere
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(areas, axis=1, keepdims=True)
     unit: NDArray[np.float64] = np.divide(
         areas, lengths, out=np.zeros_like(areas), where=lengths > 0

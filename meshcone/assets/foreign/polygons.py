@@ -18,7 +18,7 @@ class Polygons:
     """Polygons as a file lists them.
 
     Attributes:
-        positions: (r, 3) vertices.
+        positions: (r, 3) vertices; they need not be finite.
         corners: (c,) vertex of each corner, polygon after polygon.
         sizes: (p,) corners of each polygon.
         places: where the file has the vertices; None where nobody here can say.
@@ -31,21 +31,21 @@ class Polygons:
 
 
 def check_positions(positions: NDArray[np.float64], place: Callable[[int], str]) -> None:
-    """Compare (r, 3) coordinates with ``LARGEST_COORDINATE``.
+    """Compare (r, 3) coordinates, where they are finite, with ``LARGEST_COORDINATE``.
 
     Args:
         positions: the coordinates.
         place: where in the file a vertex stands, by its row.
 
     Raises:
-        InputError: naming the first that is not finite or too large.
+        InputError: naming the first that is too large.
     """
-    fitting = (np.abs(positions) <= LARGEST_COORDINATE).all(axis=1)
-    if not fitting.all():
-        row = int(np.flatnonzero(~fitting)[0])
-        found = next(value for value in positions[row] if not abs(value) <= LARGEST_COORDINATE)
+    far = (np.isfinite(positions) & (np.abs(positions) > LARGEST_COORDINATE)).any(axis=1)
+    if far.any():
+        row = int(np.flatnonzero(far)[0])
+        found = next(value for value in positions[row] if abs(value) > LARGEST_COORDINATE)
         raise InputError(
-            f"expected a finite number of at most {LARGEST_COORDINATE:g}, found {found:g}",
+            f"expected a number of at most {LARGEST_COORDINATE:g}, found {found:g}",
             place=place(row),
         )
 

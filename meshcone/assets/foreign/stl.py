@@ -80,7 +80,7 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
     limits.check("faces", count, "triangles", "byte 80")
     limits.check("vertices", 3 * count, "vertices", "byte 80")
     table = np.frombuffer(data, TRIANGLE, offset=HEADER)
-    with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
+    with np.errstate(invalid="ignore"):  # a signalling NaN
         positions = table["corners"].reshape(-1, 3).astype(np.float64)
     check_positions(positions, lambda row: f"byte {HEADER + row // 3 * 50 + 12 + row % 3 * 12}")
     return _soup(positions, Places(_Corners(count), _facet(count, 0), by_facet=True))

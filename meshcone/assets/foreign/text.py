@@ -100,7 +100,7 @@ def points(lines: Sequence[Line], columns: Sequence[int] = (0, 1, 2)) -> NDArray
     """(k, 3) coordinates that stand in certain columns of lines.
 
     Raises:
-        InputError: naming the line of the first that is missing, no number or too large.
+        InputError: naming the line of the first that is missing, no word for a number or too large.
     """
     positions = np.empty((len(lines), 3))
     last = max(columns)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+from meshcone.assets.astray import astray
 from meshcone.assets.gltf.accessors import Accessor
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
@@ -93,10 +94,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         place = ", ".join(f"{value:,.10g}" for value in placements.origin)
         words = f"CESIUM_RTC puts the scene at ({place}), and there it is read"
         yield Notice(Code.SCENE_RELATIVE, words)
-    if found.astray:
-        words = f"vertices without finite coordinates: {found.astray:,}; "
-        words += f"triangles that use them, and so are not drawn: {found.undrawn:,}"
-        yield Notice(Code.VERTICES_ASTRAY, words)
+    yield from astray(found.astray, found.undrawn)
 
 
 _PLURALS = {"scene": "scenes", "node": "nodes", "mesh": "meshes", "primitive": "primitives"}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.astray import astray
 from meshcone.assets.base import Asset, AssetCounts
 from meshcone.assets.points.normals import estimated_normals, spacing_of
 from meshcone.assets.policy import WritePolicy
@@ -43,12 +44,17 @@ class PointAsset(Asset):
         Args:
             name: of the file.
             kind: its format.
-            points: (n, 3) as the file lists them; of equal ones the first counts.
+            points: (n, 3) as the file lists them; of equal ones the first counts, and none that
+                is not finite: scanners write these where they have seen nothing.
             normals: (n, 3), or None where they are to be estimated.
 
         Raises:
             InputError: there are too few points to be a surface.
         """
+        listed = len(points)
+        there = np.isfinite(points).all(axis=1)
+        points = points[there]
+        normals = None if normals is None else normals[there]
         distinct, first = np.unique(points + 0.0, axis=0, return_index=True)
         first = np.sort(first)
         if len(distinct) < _FEWEST:
@@ -71,7 +77,7 @@ class PointAsset(Asset):
         self.format, self.media_type = kind, f"model/{kind}"
         self.tolerance, self.spacing = size, spacing_of(distinct)
         self._counts = AssetCounts(
-            vertices=len(points),
+            vertices=listed,
             welded_vertices=len(distinct),
             faces=0,
             polygons=0,
@@ -83,7 +89,8 @@ class PointAsset(Asset):
             "the nearest of them, and of what lies between them nothing is proven"
         )
         words += "" if given else "; their normals are estimated from their neighbours"
-        self.warnings = (Notice(Code.SURFACE_POINTS, words),)
+        lost = astray(listed - len(points), 0, "faces")
+        self.warnings = (Notice(Code.SURFACE_POINTS, words), *lost)
 
     def ensure_writable(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
         """Refuse: there is nothing to refine.

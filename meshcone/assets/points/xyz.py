@@ -44,7 +44,8 @@ def read_xyz(data: bytes, limits: Limits) -> tuple[NDArray[np.float64], NDArray[
     if columns < _WITH_NORMALS:
         return values[:, :3], None
     normals = values[:, 3:6]
-    lengths = np.linalg.norm(normals, axis=1)
+    there = np.isfinite(values[:, :3]).all(axis=1)
+    lengths = np.linalg.norm(normals[there], axis=1)
     return values[:, :3], normals if (np.abs(lengths - 1) < _UNIT).all() else None
 
 

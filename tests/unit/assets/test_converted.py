@@ -110,6 +110,38 @@ def test_a_usd_mesh_that_is_left_handed_faces_the_other_way() -> None:
     assert read_asset("a", usda(turned)).faces.tolist() == [[2, 1, 0], [3, 2, 0]]
 
 
+def test_a_usd_may_refer_to_prims_of_its_own() -> None:
+    again = 'def "again" (references = </top/quad>) {}'
+    below = 'def Xform "far" { double3 xformOp:translate = (5, 0, 0)\n'
+    below += 'uniform token[] xformOpOrder = ["xformOp:translate"]\n' + again + "\n}"
+    asset = read_asset("a.usda", usda(QUAD, below))
+    assert len(asset.faces) == 4
+    assert np.ptp(asset.vertices[:, 0]) == 6
+
+
+@pytest.mark.parametrize("pack", [False, True])
+def test_looks_in_another_file_are_no_part_of_a_surface(pack: bool) -> None:
+    data = usda(QUAD, 'def "looks" (references = @looks.mtlx@</MaterialX>) {}')
+    files = {"scene.usda": data, "looks.mtlx": b"<materialx/>"}
+    asset = read_asset("a", usdz(files) if pack else data)
+    assert len(asset.faces) == 2
+
+
+def test_a_unit_may_be_stored_as_a_float(tmp_path: Path) -> None:
+    sdf = pytest.importorskip("pxr.Sdf")
+    made = tmp_path / "float.usdc"
+    layer = sdf.Layer.CreateAnonymous(".usda")
+    layer.ImportFromString(usda(QUAD, metadata="metersPerUnit = 0.5").decode())
+    layer.Export(str(made))
+    of_double, of_float = bytes([0x3F, 0, 0, 9, 0x40]), bytes([0x3F, 0, 0, 8, 0x40])
+    data = made.read_bytes()
+    assert data.count(of_double) == 1
+
+    asset = read_asset("a", data.replace(of_double, of_float))
+
+    assert np.allclose(asset.vertices, (FLAT + ALONG) / 2)
+
+
 @pytest.mark.parametrize("data", [step_ball(), three_mf([TETRAHEDRON], [(1, None)]), usda(QUAD)])
 def test_what_was_converted_is_measured_and_not_refined(data: bytes) -> None:
     with pytest.raises(InputError, match="it can be a reference, and be measured, but not refined"):

