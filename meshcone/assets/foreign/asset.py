@@ -75,14 +75,14 @@ class ForeignAsset(Asset):
         self, name: str, kind: ForeignFormat, data: bytes, polygons: Polygons, limits: Limits
     ) -> None:
         enough = polygons.sizes >= 3
-        nowhere = ~np.isfinite(polygons.positions).all(axis=1)
+        nowhere = ~np.asarray(np.isfinite(polygons.positions).all(axis=1))
         owners = np.repeat(np.arange(len(enough)), polygons.sizes)
         lost = np.zeros(len(enough), dtype=bool)
         lost[owners[nowhere[polygons.corners]]] = True
         whole = enough & ~lost
         corners = polygons.corners[np.repeat(whole, polygons.sizes)]
         sizes = polygons.sizes[whole]
-        warnings = list(astray(np.count_nonzero(nowhere), np.count_nonzero(lost), "faces"))
+        warnings = list(astray(int(nowhere.sum()), int(lost.sum()), "faces"))
         if not enough.all():
             words = f"{np.count_nonzero(~enough)} faces with fewer than 3 corners; ignored"
             warnings.append(Notice(Code.FACES_TOO_FEW_CORNERS, words))
