@@ -294,7 +294,7 @@ OTHER = [
     ),
     Case("gzip", "mesh.ply", constant(b"\x1f\x8b\x08"), "input", None, "'end_header'|gzip"),
     Case("a web page", "mesh.dae", constant("<?xml?>"), "input", None, "an XML or HTML document"),
-    Case("a letter", "mesh.txt", constant("Dear reader"), "input", None, "not a known kind of mesh"),
+    Case("a letter", "mesh.txt", constant("Dear reader"), "input", None, "not a known kind"),
 ]
 
 CASES = [*PLY, *STL, *OFF, *OTHER]
