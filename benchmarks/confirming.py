@@ -27,7 +27,7 @@ from meshcone.program.answer import FinalProgram  # noqa: E402
 from meshcone.program.conic import ConicProgram, assemble, everything  # noqa: E402
 from meshcone.program.round_solver import slack_start  # noqa: E402
 from meshcone.program.rounds import refine_surface  # noqa: E402
-from meshcone.program.scs_solver import solve  # noqa: E402
+from meshcone.program.scs_solver import agreement, solve  # noqa: E402
 from meshcone.surface.arrays import Floats  # noqa: E402
 
 SOLVERS = ("cpu_indirect", "mkl", "qdldl")
@@ -46,7 +46,8 @@ def confirm(program: ConicProgram, x: Floats, solver: str, sender: Connection) -
     """Start SCS at the optimum; send the seconds it took and its iterations."""
     options = parse_options({"solver": {"linear_solver": solver}}).solver
     started = time.perf_counter()
-    run = solve(program, options, slack_start(program, x))
+    point = slack_start(program, x)
+    run = agreement(program, options, point) or solve(program, options, point)
     sender.send((time.perf_counter() - started, run.info.iterations))
 
 

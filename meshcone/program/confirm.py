@@ -1,8 +1,8 @@
 """Asking SCS whether an optimum found otherwise is one.
 
 SCS is started at the point with its multipliers and slacks; if its own termination test
-holds there it stops at once. Every cone is in the program it sees, so that its word is
-about the whole of it.
+holds there it stops at once, else it goes on from there. Every cone is in the program it
+sees, so that its word is about the whole of it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from meshcone.program.multipliers import flatten
 from meshcone.program.projection import project_dual
 from meshcone.program.records import sizes_of
 from meshcone.program.round_solver import RoundSolution
-from meshcone.program.scs_solver import PrimalDual, solve
+from meshcone.program.scs_solver import PrimalDual, agreement, solve
 
 
 def confirm_optimum(
@@ -45,11 +45,9 @@ def confirm_optimum(
     linear_solver = options.linear_solver
     if linear_solver == "auto":
         linear_solver = "cpu_indirect"
-    run = solve(
-        program,
-        options.model_copy(update={"linear_solver": linear_solver}),
-        PrimalDual(x, y, np.asarray(feasible)),
-    )
+    options = options.model_copy(update={"linear_solver": linear_solver})
+    point = PrimalDual(x, y, np.asarray(feasible))
+    run = agreement(program, options, point) or solve(program, options, point)
     return record.model_copy(
         update={"sizes": sizes_of(program), "info": run.info, "history": run.history}
     )
