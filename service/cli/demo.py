@@ -7,6 +7,7 @@ import shlex
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -112,9 +113,12 @@ def _make_directory(path: Path) -> None:
 @contextmanager
 def _working_directory(out: Path, display: Display) -> Iterator[Path]:
     """A temporary directory; if what is done in it fails, the service's log outlives it."""
+    from service.demo.interruption import deferred
     from service.demo.session import LOG_NAME
 
-    with tempfile.TemporaryDirectory(prefix="meshcone-demo-") as name:
+    with deferred(threading.Event()):
+        directory = tempfile.TemporaryDirectory(prefix="meshcone-demo-")
+    with directory as name:
         log = Path(name) / LOG_NAME
         try:
             yield Path(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -31,3 +32,26 @@ def interruptible() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def deferred(noted: threading.Event) -> Iterator[None]:
+    """Interrupt at the end rather than in between.
+
+    An interruption between the making of a process or a directory and the noting of it would
+    leave it behind.
+
+    Args:
+        noted: set when a signal arrives.
+
+    Raises:
+        KeyboardInterrupt: in the end, if a signal arrived.
+    """
+    for number in _SIGNALS:
+        signal.signal(number, lambda *_: noted.set())
+    try:
+        yield
+    finally:
+        allow()
+    if noted.is_set():
+        raise KeyboardInterrupt

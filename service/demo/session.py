@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -58,14 +59,8 @@ def run_session(
         InternalError: the service did not start, or the job did not succeed.
     """
     from service.client import Client
-    from service.stack import Stack
 
-    display.step("starting a broker, an API and a worker")
-    with (
-        Stack(_own_settings(data_dir), log=data_dir / LOG_NAME) as stack,
-        Client(stack.url) as client,
-        _stopping_undisturbed(display),
-    ):
+    with _service(data_dir, display) as stack, Client(stack.url) as client:
         display.step(f"the service listens on {stack.url}")
         job = client.submit(source, reference)
         display.step(f"sent {source.name} and {reference.name} as job {job.id}")
@@ -78,6 +73,27 @@ def run_session(
         )
     interruption.allow()
     return result
+
+
+@contextmanager
+def _service(data_dir: Path, display: Display) -> Iterator[Stack]:
+    """A running service. Nothing interrupts its start in between, and nothing its stop."""
+    from service.stack import Stack
+
+    interrupted = threading.Event()
+    stack = Stack(_own_settings(data_dir), log=data_dir / LOG_NAME, given_up=interrupted.is_set)
+    display.step("starting a broker, an API and a worker")
+    try:
+        with interruption.deferred(interrupted):
+            stack.start()
+        yield stack
+    except KeyboardInterrupt:
+        interruption.ignore()
+        display.step("interrupted: stopping the service")
+        raise
+    finally:
+        interruption.ignore()
+        stack.stop()
 
 
 def _own_settings(data_dir: Path) -> Any:
@@ -108,15 +124,3 @@ def _require_success(job: Job) -> None:
     if job.state != "succeeded":
         reason = job.error.detail if job.error else job.state
         raise InternalError(f"the job did not succeed: {reason}")
-
-
-@contextmanager
-def _stopping_undisturbed(display: Display) -> Iterator[None]:
-    try:
-        yield
-    except KeyboardInterrupt:
-        interruption.ignore()
-        display.step("interrupted: stopping the service")
-        raise
-    finally:
-        interruption.ignore()
