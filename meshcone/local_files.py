@@ -95,9 +95,7 @@ def _beside(path: Path, data: bytes) -> dict[str, Path]:
 
 def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:
     """Material libraries, and the images that they name from where they are."""
-    # One statement may name several; but many programs write one name with blanks in it.
-    statements = [_text(words) for words in _libraries(data)]
-    libraries = _existing(folder, [n for words in statements for n in (words, *words.split())])
+    libraries = _existing(folder, [n for words in _libraries(data) for n in _possible(words)])
     images: dict[str, Path] = {}
     for name, place in libraries.items():
         within = PurePosixPath(name).parent
@@ -135,12 +133,18 @@ def _libraries(data: bytes) -> Iterator[bytes]:
     """What follows ``mtllib`` where a line begins with it."""
     for found in _LIBRARY.finditer(data):
         line = max(data.rfind(each, 0, found.start()) for each in (b"\n", b"\r")) + 1
-        if not data[line : found.start()].strip():
-            yield found[1].partition(b"#")[0].strip()
+        if not data[line : found.start()].removeprefix(b"\xef\xbb\xbf").strip():
+            yield found[1].strip()
 
 
-def _text(name: bytes) -> str:
-    return name.decode("utf-8", "replace")
+def _possible(statement: bytes) -> Iterator[str]:
+    """The names that a statement may mean: it can name several, or one with blanks in it.
+
+    A number sign is of a name or begins a comment.
+    """
+    words = statement.decode("utf-8", "replace")
+    before = words.partition("#")[0].rstrip()
+    yield from dict.fromkeys((words, before, *words.split(), *before.split()))
 
 
 def _names_files(path: Path, beginning: bytes) -> bool:

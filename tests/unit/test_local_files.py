@@ -110,3 +110,23 @@ def test_damaged_files_name_nothing(tmp_path: Path) -> None:
         mesh.write_bytes(data)
 
         assert read_local(mesh).resources == {}
+
+
+def test_a_library_is_found_behind_a_byte_order_mark(tmp_path: Path) -> None:
+    mesh = tmp_path / "a.obj"
+    mesh.write_bytes(b"\xef\xbb\xbfmtllib a.mtl\nv 0 0 0\n")
+    (tmp_path / "a.mtl").write_bytes(b"newmtl a\n")
+
+    assert read_local(mesh).resources == {"a.mtl": b"newmtl a\n"}
+
+
+def test_names_with_number_signs_are_found_and_so_are_those_before_a_comment(
+    tmp_path: Path,
+) -> None:
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("mtllib set #1.mtl\nv 0 0 0\n")
+    (tmp_path / "set #1.mtl").write_text("newmtl a\nmap_Kd b#2.png\nmap_Ks c.png # gloss\n")
+    for name in ("b#2.png", "c.png"):
+        (tmp_path / name).touch()
+
+    assert set(read_local(mesh).resources) == {"set #1.mtl", "b#2.png", "c.png"}

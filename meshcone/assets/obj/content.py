@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +113,7 @@ def _libraries(
     found: dict[str, bool] = {}
     materials: dict[str, Material] = {}
     for statement in lines.names(lines.libraries):
-        # One statement may name several; but many programs write one name with blanks in it.
-        whole = reader.find(statement)
-        for name in [statement] if whole is not None else statement.split():
+        for name in _library_names(statement, reader):
             if name in found:
                 continue
             data = reader.find(name)
@@ -122,6 +121,18 @@ def _libraries(
             for material in reader.read(name, data) if data is not None else ():
                 materials.setdefault(material.name, material)
     return found, materials
+
+
+def _library_names(statement: str, reader: LibraryReader) -> list[str]:
+    """The libraries of a statement, which may name several, or one with blanks in it.
+
+    A number sign is of a name or begins a comment: what was sent decides.
+    """
+    for whole in (statement, statement.partition("#")[0].rstrip()):
+        if whole and reader.find(whole) is not None:
+            return [whole]
+    words = statement.split()
+    return list(takewhile(lambda word: not word.startswith("#"), words))
 
 
 def _draws(

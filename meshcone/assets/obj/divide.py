@@ -17,13 +17,12 @@ from meshcone.assets.number_style import NumberStyle
 from meshcone.assets.obj.content import ObjTriangles
 from meshcone.assets.obj.numbers import parse_number
 from meshcone.assets.obj.renumber import Insertion, renumbered
-from meshcone.assets.obj.scan import ObjLines
+from meshcone.assets.obj.scan import BYTE_ORDER_MARK, ObjLines
 from meshcone.assets.obj.write import number_style
 from meshcone.surface.arrays import Bools, Floats, Ints, row_lengths
 from meshcone.surface.subdivision import DividedFaces, Subdivision
 
 _LINE_END = re.compile(rb"\r\n|\r|\n")
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _MOST_COLUMNS = 8  # of a statement: three coordinates, a weight, and a colour with its opacity
 _COLORED = 6  # columns that have a colour
 _NEEDED = {b"v": 3, b"vt": 1, b"vn": 3}
@@ -235,7 +234,7 @@ def _corner(v: int, vt: int, vn: int) -> bytes:
 def _in_place_of(statement: bytes, faces: list[bytes], line_end: bytes) -> bytes:
     """Lines of faces that keep a statement's comment and the end of its line."""
     content = statement.rstrip(b"\r\n")
-    mark = _BYTE_ORDER_MARK if content.startswith(_BYTE_ORDER_MARK) else b""
+    mark = BYTE_ORDER_MARK if content.startswith(BYTE_ORDER_MARK) else b""
     _, sign, comment = content.partition(b"#")
     faces = [faces[0] + (b" #" + comment if sign else b""), *faces[1:]]
     return mark + line_end.join(faces) + statement[len(content) :]

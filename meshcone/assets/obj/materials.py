@@ -17,6 +17,7 @@ from meshcone.assets.content import Image, Material, TextureUse
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.content.records import Wrap
 from meshcone.assets.obj.numbers import parse_number, shown
+from meshcone.assets.obj.scan import BYTE_ORDER_MARK
 from meshcone.relative_names import inside, sent_as
 from meshcone.srgb import to_linear
 
@@ -118,15 +119,17 @@ class LibraryReader:
         """
         self._folder = library.replace("\\", "/").rpartition("/")[0]
         draft: _Draft | None = None
-        for number, match in enumerate(_LINE.finditer(data), 1):
-            keyword, _, rest = match[0].partition(b"#")[0].strip().partition(b" ")
-            key = keyword.strip().lower()
+        for number, match in enumerate(_LINE.finditer(data.removeprefix(BYTE_ORDER_MARK)), 1):
+            keyword, rest = (*match[0].split(None, 1), b"", b"")[:2]
+            key = keyword.lower()
             if key == b"newmtl":
                 if draft is not None:
                     yield draft.finished()
                 draft = _Draft(rest.strip().decode("utf-8", "replace"))
             elif draft is not None:
-                self._take(draft, key, rest.split(), f"{library}, statement {number}")
+                # Names keep their number signs, as those in the OBJ do.
+                said = rest if key in _SLOTS else rest.partition(b"#")[0]
+                self._take(draft, key, said.split(), f"{library}, statement {number}")
         if draft is not None:
             yield draft.finished()
 
@@ -185,22 +188,36 @@ class LibraryReader:
         )
 
     def _image(self, name: str) -> int:
-        """The image of a name, which is looked for beside the library first."""
+        """The image of a name, which may be followed by a comment."""
+        data = self._beside(name)
+        bare = name.partition("#")[0].rstrip()
+        if data is None and bare != name:
+            data = self._beside(bare)
+            name = bare if data is not None else name
         key = self._folder, name
         if key not in self._numbers:
             self._numbers[key] = len(self.images)
-            data = self.find(f"{self._folder}/{name}") if self._folder else None
-            data = self.find(name) if data is None else data
             self.images.append(Image(name, f"image '{name[:60]}'", data))
         return self._numbers[key]
 
+    def _beside(self, name: str) -> bytes | None:
+        """An image, which is looked for beside the library first."""
+        data = self.find(f"{self._folder}/{name}") if self._folder else None
+        return self.find(name) if data is None else data
+
 
 def named_images(data: bytes) -> Iterator[str]:
-    """The image files that a material library names."""
+    """The image files that a material library names.
+
+    A name with a number sign comes once more without what follows: that may be a comment.
+    """
     reader = LibraryReader({}, Faults())
     for _ in reader.read("", data):
         pass
-    return (image.name for image in reader.images)
+    for image in reader.images:
+        yield image.name
+        if "#" in image.name:
+            yield image.name.partition("#")[0].rstrip()
 
 
 def _count_numbers(words: list[bytes]) -> int:

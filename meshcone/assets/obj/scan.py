@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _PADDING = 16  # lets every statement be compared with any keyword
 _BLANKS: NDArray[np.bool_] = np.isin(np.arange(256), list(b" \t\n\r\v\f"))
 _NEWLINE, _RETURN, _HASH, _BLANK, _BACKSLASH = b"\n\r# \\"
@@ -77,8 +77,12 @@ class ObjLines:
         return self.statement(row).split(None, count)[:count]
 
     def names(self, rows: NDArray[np.int64]) -> list[str]:
-        """What each of some o, g or usemtl statements names."""
-        arguments = (self.statement(row).split(None, 1)[1:] for row in rows.tolist())
+        """What each of some o, g, usemtl or mtllib statements names.
+
+        Names keep their number signs, as viewers have it: exporters write ``Material #25``.
+        """
+        bounds = zip(self.bounds[rows].tolist(), self.bounds[rows + 1].tolist(), strict=True)
+        arguments = (self.text[start:end].split(None, 1)[1:] for start, end in bounds)
         return [b"".join(name).rstrip().decode("utf-8", "replace") for name in arguments]
 
     def named(self, *keywords: bytes) -> list[NDArray[np.int64]]:
@@ -120,8 +124,8 @@ def scan_lines(data: bytes) -> ObjLines:
     text = data
     if b"\\\n" in data or b"\\\r" in data:
         bounds, first_lines, text = _join_continued(data, bounds)
-    if text.startswith(_BYTE_ORDER_MARK):
-        text = b" " * len(_BYTE_ORDER_MARK) + text[len(_BYTE_ORDER_MARK) :]
+    if text.startswith(BYTE_ORDER_MARK):
+        text = b" " * len(BYTE_ORDER_MARK) + text[len(BYTE_ORDER_MARK) :]
 
     keywords = _Keywords(text, bounds)
     return ObjLines(

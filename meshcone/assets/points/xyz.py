@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.foreign.polygons import check_positions
+from meshcone.assets.foreign.text import decimal
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -59,19 +60,20 @@ def _values(numbered: list[tuple[int, bytes]], columns: int) -> NDArray[np.float
                 f"expected {expected} numbers, found {len(found)}", place=f"line {number}"
             )
     try:
-        return np.array(words, dtype="S32").astype(np.float64)
+        values = np.fromiter((float(word) for found in words for word in found), np.float64)
     except ValueError:
-        number = next(number for number, line in numbered if not _is_numbers(line))
-        raise InputError("expected numbers, found other words", place=f"line {number}") from None
+        _require_numbers(numbered)
+        raise
+    if any(b"_" in line for _, line in numbered):  # which Python reads as a separator of digits
+        _require_numbers(numbered)
+    return values.reshape(-1, columns)
 
 
 def _words(line: bytes) -> list[bytes]:
     return line.replace(b",", b" ").replace(b";", b" ").split()
 
 
-def _is_numbers(line: bytes) -> bool:
-    try:
-        np.array(_words(line), dtype="S32").astype(np.float64)
-    except ValueError:
-        return False
-    return True
+def _require_numbers(numbered: list[tuple[int, bytes]]) -> None:
+    for number, line in numbered:
+        for word in _words(line):
+            decimal(word, number)

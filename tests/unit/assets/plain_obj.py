@@ -53,7 +53,7 @@ def read_plainly(data: bytes) -> PlainObj:
             waiting.append((polygon, words[1:], counts))
         else:
             if keyword in state:
-                state[keyword] = text.strip()
+                state[keyword] = statement.strip()  # a name may have number signs
             found.others.append(statement)
     for polygon, corners, counts in waiting:
         polygon.corners = [_corner(found, corner, counts) for corner in corners]

@@ -77,12 +77,20 @@ def test_an_xyz_may_have_comments_a_count_commas_and_windows_line_ends() -> None
     assert np.allclose(centres(read_asset("a.xyz", text)).max(axis=0), 1)
 
 
+def test_numbers_of_an_xyz_may_have_any_length() -> None:
+    points = on_sphere(50) * 1e-7
+    long = "".join(f"{x:.40e} {y:.40e} {z:.40e}\n" for x, y, z in points).encode()
+
+    assert np.allclose(centres(read_asset("a.xyz", long)), points, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         (b"0 0 0\n1 0\n", "line 2: expected 3, as on the first numbers, found 2"),
         (b"0 0\n1 0\n", "line 1: expected 3 or more numbers, found 2"),
-        (b"0 0 0\n\n1 x 0\n", "line 3: expected numbers, found other words"),
+        (b"0 0 0\n\n1 x 0\n", "line 3: expected a number, found 'x'"),
+        (b"0 0 0\n1 0 0\n0 1_0 0\n0 0 1\n", "line 3: expected a number, found '1_0'"),
         (b"0 0 0\n1 nan 0\n", "no faces, and 1 distinct points"),
         (b"# nothing\n", "the file holds no points"),
         (b"0 0 0\n1 0 0\n1 0 0\n0 1 0\n", "no faces, and 3 distinct points"),

@@ -167,6 +167,20 @@ def test_a_spoiled_obj_fails(data: bytes, resources: dict[str, bytes]) -> None:
     assert example_fails(report)
 
 
+def test_a_material_changed_after_a_number_sign_fails() -> None:
+    library = LIBRARY.replace(b"wood", b"Mat #1").replace(b"iron", b"Mat #2")
+    data = textured_obj(name="Mat #1").replace(b"iron", b"Mat #2")
+    repainted = library.replace(b"0.4 0.4 0.5", b"0.9 0.1 0.1")
+
+    report = measured(
+        MeshFile("a.obj", data, {"a.mtl": repainted}), MeshFile("b.obj", data, {"a.mtl": library})
+    )
+
+    assert report.gates is not None
+    assert report.gates.verdict == "fail"
+    assert example_fails(report)
+
+
 def test_a_copy_passes_in_another_order_and_with_another_name() -> None:
     document = whole()
     reordered = Document()
