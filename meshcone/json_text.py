@@ -17,10 +17,15 @@ def parse_json(text: str | bytes) -> Any:
         ValueError: the text is no JSON, or an object in it has a name twice.
         RecursionError: it is nested too deeply.
     """
-    return json.loads(text, object_pairs_hook=_once)
+    return json.loads(text, object_pairs_hook=named_once)
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object that has these members, for readers that take a text in parts.
+
+    Raises:
+        DuplicateNameError: two have one name.
+    """
     members: dict[str, Any] = {}
     for name, value in pairs:
         if name in members:

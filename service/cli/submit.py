@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, overload
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, overload
 import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
+from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.local_files import files_of, read_local
 from meshcone.outputs import certificate_path, require_places, write_together
 from meshcone.suggestions import did_you_mean
@@ -212,10 +212,12 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
 
 def _document(file: Path) -> dict[str, Any]:
     try:
-        document = json.loads(file.read_bytes())
+        document = parse_json(file.read_bytes())
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"cannot be read: {reason}", file=str(file)) from None
+    except DuplicateNameError as error:
+        raise InputError(str(error), file=str(file)) from None
     except (ValueError, RecursionError):
         raise InputError("is not valid JSON", file=str(file)) from None
     if not isinstance(document, dict):

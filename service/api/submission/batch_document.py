@@ -15,6 +15,7 @@ from typing import IO, Any
 from pydantic import ValidationError
 
 from meshcone.errors import InputError, LimitError, MeshConeError
+from meshcone.json_text import DuplicateNameError, named_once
 from meshcone.suggestions import first_cause, in_words
 from service.api.batch_schemas import NAME_LENGTH, BatchHeader
 from service.api.submission.document import DOCUMENT_BYTES, submission_in
@@ -146,7 +147,7 @@ def _members(file: IO[bytes]) -> Iterator[tuple[str, Any]]:
     seen = set()
     closes = text.skip("}")
     while not closes:
-        name = text.value()
+        name = text.value("the request")
         if not isinstance(name, str):
             raise _no_json()
         if name in seen:
@@ -154,16 +155,17 @@ def _members(file: IO[bytes]) -> Iterator[tuple[str, Any]]:
         seen.add(name)
         text.expect(":")
         if name == _PAIRS and text.skip("["):
-            ends = text.skip("]")
+            ends, index = text.skip("]"), 0
             while not ends:
-                yield name, text.value()
+                yield name, text.value(f"pairs[{index}]")
+                index += 1
                 ends = text.skip("]")
                 if not ends:
                     text.expect(",")
         elif name == _PAIRS:
             raise InputError("field 'pairs': send a list with a pair at least")
         else:
-            yield name, text.value()
+            yield name, text.value(f"field '{name}'")
         closes = text.skip("}")
         if not closes:
             text.expect(",")
@@ -176,7 +178,7 @@ class _Text:
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
         self._decoder = codecs.getincrementaldecoder("utf-8")()
-        self._json = json.JSONDecoder()
+        self._json = json.JSONDecoder(object_pairs_hook=named_once)
         self._text, self._at, self._ended = "", 0, False
 
     def skip(self, character: str) -> bool:
@@ -196,12 +198,19 @@ class _Text:
         if self._next():
             raise _no_json()
 
-    def value(self) -> Any:
-        """The value that is next."""
+    def value(self, place: str) -> Any:
+        """The value that is next.
+
+        Raises:
+            InputError: it is no JSON, or an object in it has a name twice; it says at what place.
+            LimitError: it is too long.
+        """
         self._next()
         while True:
             try:
                 value, end = self._json.raw_decode(self._text, self._at)
+            except DuplicateNameError as error:
+                raise InputError(f"{place}: {error}") from None
             except (ValueError, RecursionError):
                 end = None
             # What ends with the part that is here could go on, as a number does.

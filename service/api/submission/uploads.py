@@ -12,6 +12,7 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.exceptions import HTTPException
 
 from meshcone.errors import InputError, LimitError
+from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.options import read_options_json
 from meshcone.suggestions import first_cause, in_words
 from service.api.schemas import FileByName, OutputPlaces
@@ -123,8 +124,9 @@ def _file(field: str, value: UploadFile | str | None, settings: ServiceSettings)
 
 def _by_name(field: str, text: str) -> FileByName:
     try:
+        _require_json(field, text)
         return _FILE_BY_NAME.validate_json(text)
-    except ValidationError:
+    except (ValueError, RecursionError):
         raise InputError(
             f"form field '{field}' must be a file with a file name (curl: -F {field}=@mesh.glb), "
             'or {"name": "mesh.glb", "sha256": "..."} for one that was sent before, or '
@@ -156,12 +158,30 @@ def _outputs(form: FormData) -> OutputPlaces:
     value = _single(form, "outputs")
     if value is None or value == "":
         return {}
+    if not isinstance(value, str):
+        raise InputError("form field 'outputs' must be plain text, found a file")
     try:
-        return _OUTPUTS.validate_json(value if isinstance(value, str) else b"")
+        _require_json("outputs", value)
+        return _OUTPUTS.validate_json(value)
     except ValidationError as error:
         cause = first_cause(error)
         path = "".join(f".{part}" for part in cause["loc"] if part != "[key]")
         raise InputError(f"form field 'outputs{path}': {in_words(cause)}") from None
+    except (ValueError, RecursionError):
+        raise InputError("form field 'outputs' is not valid JSON") from None
+
+
+def _require_json(field: str, text: str) -> None:
+    """Refuse what a validator would read in silence: of two members of one name it takes the last.
+
+    Raises:
+        InputError: an object has a name twice.
+        ValueError, RecursionError: the text is no JSON.
+    """
+    try:
+        parse_json(text)
+    except DuplicateNameError as error:
+        raise InputError(f"form field '{field}': {error}") from None
 
 
 def _webhook(form: FormData) -> str | None:

@@ -61,3 +61,21 @@ def test_secrets_and_hashes_are_for_urls(tmp_path: Path, option: str) -> None:
 
     with pytest.raises(InputError, match=f"--{option.replace('_', '-')} is for a REFERENCE"):
         command(MUG, str(mesh), server=NOBODY, **{option: "5" * 64})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"gates": {"deviation.max": {}, "deviation.max": {}}}', "'deviation.max' is there twice"),
+        ('{"pairs": 1}', "has no list 'pairs'"),
+        ("nope", "is not valid JSON"),
+    ],
+)
+def test_a_batch_that_cannot_be_sent_as_it_is_written_is_refused(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    batch = tmp_path / "night.json"
+    batch.write_text(text)
+
+    with pytest.raises(InputError, match=f"night.json: .*{said}"):
+        command(server=NOBODY, batch=batch)

@@ -85,6 +85,21 @@ def test_what_is_no_such_json_is_refused(text: str | bytes) -> None:
         document(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            '{"gates": {"deviation.max": {"max": 1}, "deviation.max": {"max": 9}}, "pairs": [1]}',
+            "field 'gates': 'deviation.max' is there twice in one object",
+        ),
+        ('{"pairs": [1, {"name": "a", "name": "b"}]}', r"pairs\[1\]: 'name' is there twice"),
+    ],
+)
+def test_what_a_reader_would_drop_in_silence_is_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        document(text.encode(), Trickle)
+
+
 def test_a_pair_that_is_too_long_is_refused_before_it_is_read_whole() -> None:
     class Endless(io.BytesIO):
         given = 0

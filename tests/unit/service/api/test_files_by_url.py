@@ -215,7 +215,13 @@ def test_a_form_takes_a_url_in_place_of_a_file(http: TestClient) -> None:
 @pytest.mark.parametrize(
     ("outputs", "said"),
     [
-        ("nope", "form field 'outputs'"),
+        ("nope", "form field 'outputs' is not valid JSON"),
+        ("[" * 20_000, "form field 'outputs' is not valid JSON"),
+        (r'{"mesh": {"url": "https://a.org/\ud800"}}', "form field 'outputs': invalid json"),
+        (
+            '{"mesh": {"url": "https://a.org/b"}, "mesh": {"url": "https://a.org/c"}}',
+            "form field 'outputs': 'mesh' is there twice in one object",
+        ),
         ('{"mash": {"url": "https://a.org/b"}}', "form field 'outputs.mash'"),
         ('{"mesh": {}}', "form field 'outputs.mesh.url': field required"),
     ],
@@ -229,3 +235,14 @@ def test_outputs_of_a_form_that_cannot_be_used_are_explained(
 
     assert answer.status_code == 422
     assert said in answer.json()["detail"]
+
+
+def test_a_file_of_a_form_that_is_named_twice_is_refused(http: TestClient) -> None:
+    source = '{"url": "https://a.org/a.glb", "url": "https://a.org/b.glb"}'
+    data = {"source": source, "reference": json.dumps(MUG)}
+
+    answer = http.post("/v1/jobs", data=data, files=[("resources", ("a.bin", b"1"))])
+
+    assert answer.json()["detail"] == (
+        "form field 'source': 'url' is there twice in one object; keep one of the two"
+    )
