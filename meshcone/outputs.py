@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,15 +15,22 @@ from meshcone.errors import InputError
 def write_together(contents: Mapping[Path, bytes]) -> None:
     """Write files beside their places first, and move them there when all are complete.
 
+    Links stay: what they lead to is written. Devices and pipes stay too, and are written into
+    before anything is moved.
+
     Raises:
-        InputError: one of them cannot be written; then none is.
+        InputError: one of them cannot be written; then no file is.
     """
     written: dict[Path, Path] = {}
     try:
         for path, data in contents.items():
-            written[path] = _write_beside(path, data)
+            if not _takes_bytes(path):
+                written[path] = _write_beside(_target(path), data)
+        for path, data in contents.items():
+            if path not in written:
+                path.write_bytes(data)
         for path, temporary in written.items():
-            temporary.replace(path)
+            temporary.replace(_target(path))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"cannot be written: {reason}", file=str(path)) from None
@@ -33,6 +42,23 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
 def certificate_path(report: Path) -> Path:
     """Where the certificate of a report is: beside it, under the same name."""
     return report.with_name(f"{report.stem}.certificate.npz")
+
+
+def certificate_place(report: Path | None) -> Path | None:
+    """Where the certificate of a report will be, if one is to be written.
+
+    Raises:
+        InputError: the report is to go into a device or a pipe, which has no place beside it.
+    """
+    if report is None:
+        return None
+    if _takes_bytes(report):
+        raise InputError(
+            "it is no regular file, and a report has its certificate beside it: "
+            "give a name of a file for the report",
+            file=str(report),
+        )
+    return certificate_path(report)
 
 
 def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> None:
@@ -69,10 +95,34 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
 def _require_writable(path: Path) -> None:
     if path.is_dir():
         raise InputError("cannot be written: is a directory", file=str(path))
-    if not path.parent.is_dir():
-        raise InputError("cannot be written: its directory does not exist", file=str(path))
-    if not os.access(path.parent, os.W_OK):
+    changed = path  # a device, or the directory that gets a new file
+    if not _takes_bytes(path):
+        try:
+            changed = _target(path).parent
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"cannot be written: {reason}", file=str(path)) from None
+        if not changed.is_dir():
+            raise InputError("cannot be written: its directory does not exist", file=str(path))
+    if not os.access(changed, os.W_OK):
         raise InputError("cannot be written: permission denied", file=str(path))
+
+
+def _takes_bytes(path: Path) -> bool:
+    """Whether a device or a pipe is there. A file in its place would end it for all who use it."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _target(path: Path) -> Path:
+    """What a path leads to, through links that are there, whether or not that is."""
+    target = Path(os.path.realpath(path))
+    if target.is_symlink():  # links that lead in a circle
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    return target
 
 
 def _write_beside(path: Path, data: bytes) -> Path:
@@ -81,11 +131,19 @@ def _write_beside(path: Path, data: bytes) -> Path:
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)
-        temporary.chmod(0o666 & ~_umask())  # mkstemp's 0600 is for secrets
+        # mkstemp's 0600 is for secrets; what is written anew stays as open as it was.
+        temporary.chmod(_mode(path))
     except OSError:
         temporary.unlink(missing_ok=True)
         raise
     return temporary
+
+
+def _mode(path: Path) -> int:
+    try:
+        return stat.S_IMODE(path.stat().st_mode) & 0o777
+    except FileNotFoundError:
+        return 0o666 & ~_umask()
 
 
 def _umask() -> int:

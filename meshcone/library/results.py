@@ -12,7 +12,7 @@ from meshcone.errors import InputError
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.words import label
 from meshcone.library.inputs import LoadedMesh, MeshHolder
-from meshcone.outputs import certificate_path, require_places, write_together
+from meshcone.outputs import certificate_path, certificate_place, require_places, write_together
 
 if TYPE_CHECKING:
     import os
@@ -208,7 +208,7 @@ def require_saveable(
         InputError: as that does.
     """
     require_places(
-        (out, report, report and certificate_path(report), html),
+        (out, report, certificate_place(report), html),
         source.files() + reference.files(),
     )
     suffix = PurePath(source.name).suffix

@@ -11,7 +11,7 @@ import typer
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.local_files import files_of, read_local
-from meshcone.outputs import certificate_path, require_places, write_together
+from meshcone.outputs import certificate_path, certificate_place, require_places, write_together
 from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.missed import missed_lines
@@ -145,7 +145,8 @@ def command(
     read = [file for path in paths for file in files_of(path)]
     if listed is not None and not is_link(source):
         read.append(Path(source).parent / listed)
-    require_places((out, report, report and certificate_path(report)), read)
+    certificate = certificate_place(report) if options.mode == "refine" else None
+    require_places((out, report, certificate), read)
     source_file = _file("source", source, source_secret, source_sha256, listed)
     reference_file = _file("reference", reference, reference_secret, reference_sha256)
 
