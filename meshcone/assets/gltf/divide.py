@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.buffers import Buffers
+from meshcone.assets.gltf.divisible import check_mesh, check_primitive
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
@@ -22,14 +23,6 @@ from meshcone.assets.gltf.tables import Tables
 from meshcone.assets.weld import WeldedSurface
 from meshcone.errors import InputError
 from meshcone.surface.subdivision import DividedFaces, Subdivision
-
-# What these extensions say of a primitive is true of it divided.
-_INDIFFERENT = {
-    "KHR_materials_variants",
-    "KHR_draco_mesh_compression",
-    "EXT_mesh_features",
-    "EXT_structural_metadata",
-}
 
 
 @dataclass(frozen=True)
@@ -60,13 +53,15 @@ def divide_primitives(
         subdivision: of the surface's faces.
 
     Raises:
-        InputError: what something in the file says of a primitive does not hold for a divided
-            one, or a mesh is divided in one way at one node and in another at the next.
+        InputError: what something in the file says of a mesh or primitive does not hold for a
+            divided one, or a mesh is divided in one way at one node and in another at the next.
         LimitError: the document grows larger than one may be that is sent.
     """
     parts = _divided_parts(model, surface, subdivision)
+    meshes = model.document.root.children("meshes")
     for part in parts:
-        _check(part.element)
+        check_mesh(meshes[_mesh(part.element)])
+        check_primitive(part.element)
     draft = Draft(model.document, model.accessors.buffers, model.limits)
     tables = Tables(draft, model.document, model.accessors, [part.element for part in parts])
     pools: dict[object, list[_Part]] = defaultdict(list)
@@ -169,35 +164,6 @@ def _part(
     )
 
 
-def _check(primitive: Element) -> None:
-    """Check that what extensions say of a primitive holds for its vertices to come.
-
-    Raises:
-        InputError: naming the extension.
-    """
-    found = primitive.child("extensions")
-    for name in found.value if found is not None else ():
-        if name not in _INDIFFERENT:
-            raise InputError(
-                f"'{name[:80]}' may speak of vertices or triangles by their numbers, which are "
-                "others where triangles are divided",
-                place=primitive.place("extensions"),
-            )
-    features = found.child("EXT_mesh_features") if found is not None else None
-    for each in features.children("featureIds") if features is not None else ():
-        if "attribute" not in each.value and "texture" not in each.value:
-            raise InputError(
-                "feature identifiers are the numbers of vertices, and new vertices have none",
-                place=each.pointer,
-            )
-    metadata = found.child("EXT_structural_metadata") if found is not None else None
-    if metadata is not None and "propertyAttributes" in metadata.value:
-        raise InputError(
-            "property attributes have a value for each vertex, and new vertices have none",
-            place=metadata.place("propertyAttributes"),
-        )
-
-
 class _Pool:
     """Primitives with the same vertices."""
 
@@ -287,6 +253,11 @@ def _path(primitive: Element) -> tuple[str | int, ...]:
     """Where a primitive is in the document."""
     _, meshes, mesh, primitives, number = primitive.pointer.split("/")
     return meshes, int(mesh), primitives, int(number)
+
+
+def _mesh(primitive: Element) -> int:
+    """The mesh that a primitive is of."""
+    return int(primitive.pointer.split("/")[2])
 
 
 def _point_to(

@@ -14,6 +14,8 @@ QUANTIZATION = "KHR_mesh_quantization"
 VISIBILITY = "KHR_node_visibility"
 LEVELS = "MSFT_lod"
 RELATIVE_TO_CENTER = "CESIUM_RTC"
+MANIFOLD = "EXT_mesh_manifold"
+OUTLINE = "CESIUM_primitive_outline"
 
 _UNDERSTOOD = {INSTANCING, DRACO, *MESHOPT, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
 # What these say is of looks, behaviour or meaning; none moves a vertex or needs to know where
@@ -36,9 +38,9 @@ _APART = {
     "KHR_interactivity",
     "EXT_feature_metadata",
     "EXT_mesh_features",
-    "EXT_mesh_manifold",
+    MANIFOLD,
     "EXT_structural_metadata",
-    "CESIUM_primitive_outline",
+    OUTLINE,
     "FB_ngon_encoding",
     "MOZ_hubs_components",
     "GODOT_single_root",

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessors, Region
 from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.extensions import MANIFOLD
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.overlaps import Marks, bystanders
 from meshcone.assets.gltf.scene import Block, mesh_name
+from meshcone.assets.gltf.uses import accessor_uses, manifold_of
 from meshcone.errors import InputError
 
 # Attribute, and what the positions that it belongs to have to themselves.
@@ -44,6 +46,7 @@ def check_ownership(
         _check_transform(document, block, moving.rows[block.rows])
     owners = _owners(moving)
     _check_other_uses(document, owners, {block.placement.mesh for block in moving.blocks})
+    _check_manifolds(document, moving.blocks)
     _check_shared_bytes(document, accessors, owners, ignored)
 
 
@@ -119,21 +122,38 @@ def _owners(moving: Moving) -> dict[int, Owner]:
 
 
 def _check_other_uses(document: Document, owners: dict[int, Owner], moving: set[int]) -> None:
-    """Other meshes, morph targets and other attributes may read what is about to change."""
+    """Whatever else reads an accessor must not read what is about to change."""
     count = len(document.root.children("accessors"))
-    for index, mesh in enumerate(document.root.children("meshes")):
-        for primitive in mesh.children("primitives"):
-            attributes = primitive.child("attributes")
-            for uses in [*([attributes] if attributes else []), *primitive.children("targets")]:
-                is_target = uses is not attributes
-                for name in uses.value:
-                    accessor = uses.reference(name, count, "accessor")
-                    if accessor in owners and (
-                        is_target or owners[accessor][0] != name or index not in moving
-                    ):
-                        raise uses.error(
-                            name, f"reads accessor {accessor}, whose values would change"
-                        )
+    for use in accessor_uses(document.root, count):
+        if use.accessor not in owners:
+            continue
+        if use.mesh not in moving or owners[use.accessor][0] != use.name:
+            raise use.holder.error(
+                use.name,
+                f"reads accessor {use.accessor}, whose values would change; set instances=split",
+            )
+
+
+def _check_manifolds(document: Document, blocks: list[Block]) -> None:
+    """What is said to be the whole of a mesh must have the positions of the mesh, to move along."""
+    meshes = document.root.children("meshes")
+    count = len(document.root.children("accessors"))
+    positions: dict[int, set[int]] = defaultdict(set)
+    for block in blocks:
+        positions[block.placement.mesh].add(block.accessor.index)
+    for mesh, moved in positions.items():
+        whole = manifold_of(meshes[mesh])
+        attributes = None if whole is None else whole.child("attributes")
+        if attributes is None:
+            continue
+        found = attributes.reference("POSITION", count, "accessor")
+        if found not in moved:
+            raise attributes.error(
+                "POSITION",
+                f"'{MANIFOLD}' must read the positions of {mesh_name(meshes, mesh)}, found others, "
+                "which would not move along: name the accessor that the primitives of the mesh "
+                "name, or remove the extension",
+            )
 
 
 def _check_shared_bytes(

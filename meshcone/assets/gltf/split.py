@@ -16,6 +16,7 @@ from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.overlaps import Marks, bystanders
+from meshcone.assets.gltf.uses import accessor_uses, drawn_or_described
 from meshcone.assets.limits import Limits
 
 
@@ -125,22 +126,26 @@ class _Use:
     """An attribute of a mesh that is written.
 
     Attributes:
+        primitive: where in the mesh the primitive is.
         key: what may share bytes with it: the same attribute of the same positions at a node.
     """
 
     mesh: _NodeMesh
-    primitive: int
+    primitive: tuple[str | int, ...]
     role: str
     accessor: Accessor
     key: Hashable
 
     def point_to(self, draft: Draft, accessor: int) -> None:
         """Use another accessor."""
+        path = (*self.primitive, "attributes")
         if self.mesh.is_copy:
-            self.mesh.value["primitives"][self.primitive]["attributes"][self.role] = accessor
+            attributes: Any = self.mesh.value
+            for key in path:
+                attributes = attributes[key]
+            attributes[self.role] = accessor
         else:
-            path = ("meshes", self.mesh.index, "primitives", self.primitive)
-            draft.put((*path, "attributes", self.role), accessor)
+            draft.put(("meshes", self.mesh.index, *path, self.role), accessor)
 
 
 class _Claims:
@@ -176,17 +181,18 @@ class _Claims:
     def uses(self) -> Iterator[_Use]:
         """Every attribute that is written, node by node."""
         for node, mesh in self._meshes.items():
-            for number, pointer, attributes in self._attributes(mesh):
+            for path, pointer, attributes in self._attributes(mesh):
                 if "POSITION" not in attributes:  # draws nothing, whatever else it has
                     continue
                 for role in ("POSITION", "NORMAL", "TANGENT"):
                     written = self._written.get((node, role, attributes.get(role, -1)))
                     if written is not None:
                         accessor = self._accessors.describe(attributes[role])
-                        # Lines over the same positions, which the scene does not have, move along.
+                        # What the scene does not have moves along with it: lines over the same
+                        # positions, and what an extension says is the whole of the mesh.
                         identity = self._identities.get((node, pointer), written)
                         key = (node, role, accessor.content, identity)
-                        yield _Use(mesh, number, role, accessor, key)
+                        yield _Use(mesh, path, role, accessor, key)
 
     def grants_bytes(self, use: _Use) -> bool:
         """Whether an attribute may keep its bytes, because no other has asked for them."""
@@ -201,41 +207,22 @@ class _Claims:
         """Whether an attribute may keep its accessor, though with other bytes."""
         return self._users.setdefault(use.accessor.index, use.key) == use.key
 
-    def _attributes(self, mesh: _NodeMesh) -> Iterator[tuple[int, str, dict[str, int]]]:
+    def _attributes(
+        self, mesh: _NodeMesh
+    ) -> Iterator[tuple[tuple[str | int, ...], str, dict[str, int]]]:
         count = len(self._accessors.elements)
-        for number, primitive in enumerate(
-            Element(mesh.value, mesh.pointer).children("primitives")
-        ):
+        for path, primitive in drawn_or_described(Element(mesh.value, mesh.pointer)):
             attributes = primitive.child("attributes")
             if attributes is not None:
                 names = attributes.value
                 found = {name: attributes.reference(name, count, "accessor") for name in names}
                 known = {name: index for name, index in found.items() if index is not None}
-                yield number, primitive.pointer, known
+                yield path, primitive.pointer, known
 
     def _used_elsewhere(self) -> Iterator[int]:
         """Accessors used by what does not move, or for another purpose."""
-        count = len(self._accessors.elements)
         moved = {mesh.index: mesh.node for mesh in self._meshes.values() if not mesh.is_copy}
-        for index, mesh in enumerate(self._root.children("meshes")):
-            for primitive in mesh.children("primitives"):
-                attributes = primitive.child("attributes")
-                for name in attributes.value if attributes else ():
-                    accessor = attributes.reference(name, count, "accessor") if attributes else None
-                    if (moved.get(index), name, accessor) not in self._written:
-                        yield from _known(accessor)
-                for target in primitive.children("targets"):
-                    for name in target.value:
-                        yield from _known(target.reference(name, count, "accessor"))
-                yield from _known(primitive.reference("indices", count, "accessor"))
-        for animation in self._root.children("animations"):
-            for sampler in animation.children("samplers"):
-                yield from _known(sampler.reference("input", count, "accessor"))
-                yield from _known(sampler.reference("output", count, "accessor"))
-        for skin in self._root.children("skins"):
-            yield from _known(skin.reference("inverseBindMatrices", count, "accessor"))
-
-
-def _known(index: int | None) -> Iterator[int]:
-    if index is not None:
-        yield index
+        for use in accessor_uses(self._root, len(self._accessors.elements)):
+            node = None if use.mesh is None else moved.get(use.mesh)
+            if (node, use.name, use.accessor) not in self._written:
+                yield use.accessor

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import INSTANCING, extension_of
+from meshcone.assets.gltf.uses import accessor_uses, uses_of_primitive
 
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 _STRIDE_ALIGNMENT = 4  # of vertex attributes (section 3.6.2.4)
@@ -45,8 +45,10 @@ class Tables:
     ) -> None:
         self._draft, self._accessors = draft, accessors
         count = len(accessors.elements)
-        replaced = Counter(index for each in primitives for index in _of_primitive(each, count))
-        uses = Counter(_all_uses(document, count))
+        replaced = Counter(
+            use.accessor for each in primitives for use in uses_of_primitive(each, count)
+        )
+        uses = Counter(use.accessor for use in accessor_uses(document.root, count))
         self._free = {index for index in replaced if replaced[index] == uses[index]}
         views = Counter(_all_views(document, accessors))
         left = Counter(view for index in self._free for view in _views(accessors.elements[index]))
@@ -149,38 +151,6 @@ class Tables:
 
 def _declared(stored: NDArray[Any]) -> dict[str, Any]:
     return {"componentType": _TYPES[stored.dtype.str[1:]], "count": len(stored)}
-
-
-def _of_primitive(primitive: Element, count: int) -> Iterator[int]:
-    """Accessors that a primitive reads."""
-    attributes = primitive.child("attributes")
-    for each in (*([attributes] if attributes else []), *primitive.children("targets")):
-        yield from _known(each, each.value, count)
-    yield from _known(primitive, ("indices",), count)
-
-
-def _all_uses(document: Document, count: int) -> Iterator[int]:
-    root = document.root
-    for mesh in root.children("meshes"):
-        for primitive in mesh.children("primitives"):
-            yield from _of_primitive(primitive, count)
-    for animation in root.children("animations"):
-        for sampler in animation.children("samplers"):
-            yield from _known(sampler, ("input", "output"), count)
-    for skin in root.children("skins"):
-        yield from _known(skin, ("inverseBindMatrices",), count)
-    for node in root.children("nodes"):
-        instancing = extension_of(node, INSTANCING)
-        attributes = instancing.child("attributes") if instancing is not None else None
-        if attributes is not None:
-            yield from _known(attributes, attributes.value, count)
-
-
-def _known(element: Element, names: Iterable[str], count: int) -> Iterator[int]:
-    for name in names:
-        index = element.reference(name, count, "accessor")
-        if index is not None:
-            yield index
 
 
 def _views(accessor: Element) -> list[int]:
