@@ -12,6 +12,7 @@ from meshcone.assets.points.asset import points_alone
 from meshcone.assets.policy import ReadPolicy, WritePolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.gates.fitting import require_units
 from meshcone.gates.rules import GateTable
 from meshcone.gates.units import Unit, sized, unit_for
 from meshcone.notices import Code, Notice, Side, Told, WarningRecord
@@ -134,6 +135,15 @@ class Pair:
             key: rule.in_model_units(unit_for(rule.unit, *formats).length)
             for key, rule in options.gates.items()
         }
+
+    def require_units(self, options: Options) -> None:
+        """Check that lengths of the options' gates can be held against these files.
+
+        Raises:
+            InputError: a gate is in a unit that is no length, where the files have one.
+        """
+        formats = (self.source_asset.format, self.reference_asset.format)
+        require_units(options.gates, *formats, scaled=options.align == "similarity")
 
     def unit(self, options: Options) -> Unit:
         """What distances are told in: as a gate calls it, metres for a glTF, or "units"."""

@@ -11,7 +11,12 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from meshcone.errors import InputError
-from meshcone.gates.fitting import require_known
+from meshcone.gates.fitting import (
+    counts_unit,
+    plain_size_bound,
+    require_known,
+    require_no_plain_size,
+)
 from meshcone.gates.levels import LevelRules
 from meshcone.gates.paths import known_values
 from meshcone.gates.profile import profile
@@ -90,7 +95,7 @@ class GateFile(_Section):
             if each.has(name):
                 rules = {key: rule for key, rule in rules.items() if key not in each.without}
                 rules |= each.gates
-        return {key: self._in_unit(rule.at(level, key, name)) for key, rule in rules.items()}
+        return {key: self._in_unit(key, rule.at(level, key, name)) for key, rule in rules.items()}
 
     def over(self, base: GateFile) -> GateFile:
         """These gates besides those of another file, and in place of those of the same name."""
@@ -100,8 +105,11 @@ class GateFile(_Section):
             classes={**base.classes, **self.classes},
         )
 
-    def _in_unit(self, rule: GateRule) -> GateRule:
-        return rule if rule.unit is not None else rule.model_copy(update={"unit": self.unit})
+    def _in_unit(self, key: str, rule: GateRule) -> GateRule:
+        # A plain bound on a size can only be that of a base without a unit: see parse_gates.
+        if rule.unit is not None or plain_size_bound(key, rule) is not None:
+            return rule
+        return rule.model_copy(update={"unit": self.unit})
 
 
 def parse_gate_file(name: str, data: bytes, mode: Mode, base: GateFile | None = None) -> GateFile:
@@ -157,6 +165,8 @@ def parse_gates(
         for key, rule in (rule for table in tables for rule in table.items()):
             for each in rule.rules:
                 require_known({key: each}, mode)
+                require_no_plain_size(key, each, file.unit)
+                _require_counting_unit(key, each)
         whole = file if base is None else file.over(base)
         for section in file.classes.values():
             _require_held(section.without, whole.gates)
@@ -182,6 +192,14 @@ def read_document(name: str, data: bytes) -> Any:
 
 def _first_line(error: Exception) -> str:
     return next(iter(str(error).splitlines()), "it is nested too deeply")
+
+
+def _require_counting_unit(key: str, rule: GateRule) -> None:
+    if rule.unit is not None and not counts_unit(key, rule):
+        raise InputError(
+            f"gate '{key}': a unit is for lengths, and no bound here is one: leave "
+            f"unit = '{rule.unit}' away"
+        )
 
 
 def _require_held(without: tuple[str, ...], gates: Mapping[str, LevelRules]) -> None:

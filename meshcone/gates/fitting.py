@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from meshcone.errors import InputError
 from meshcone.gates.paths import Known, is_metric, known_values, look_up, side_of
 from meshcone.gates.rules import WORD_BOUNDS, Allowed, Bound, GateRule, GateTable
-from meshcone.gates.units import is_distance, is_size
+from meshcone.gates.units import formats_for, is_distance, is_size, unit_for
 from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean
 
@@ -43,11 +43,31 @@ def require_known(gates: GateTable, mode: Mode) -> None:
             _require_no_value(known, key, rule)
             raise InputError(_unknown(key, mode))
         _require_tolerance(key, rule)
+        require_no_plain_size(key, rule, rule.unit)
         for bound, allowed in rule.bounds().items():
             wanted = _wanted(key, value, bound, mode)
             if wanted is not None:
                 raise InputError(f"gate '{key}': '{bound}' is for {wanted}")
             _require_possible(key, value, bound, allowed)
+
+
+def require_units(gates: GateTable, source: str, reference: str | None, *, scaled: bool) -> None:
+    """Check that lengths of gates can be held against these files.
+
+    Args:
+        gates: by the name of a value.
+        source: the source's format.
+        reference: the reference's, if there is one.
+        scaled: whether the source takes the reference's size before it is measured.
+
+    Raises:
+        InputError: as :func:`unit_for`, naming the first gate.
+    """
+    for key, rule in gates.items():
+        try:
+            unit_for(rule.unit, *formats_for(key, source, reference, scaled=scaled))
+        except InputError as error:
+            raise InputError(f"gate '{key}': {error.message}") from None
 
 
 def _require_tolerance(key: str, rule: GateRule) -> None:
@@ -59,6 +79,33 @@ def _require_tolerance(key: str, rule: GateRule) -> None:
         raise InputError(f"gate '{key}' needs one of tolerance and tolerance_model")
     if key.startswith(f"{AREA_BEYOND}."):
         raise InputError(f"gate '{key}': the gate that has a tolerance is '{AREA_BEYOND}'")
+
+
+def require_no_plain_size(key: str, rule: GateRule, unit: str | None) -> None:
+    """Refuse a bound on a size that a unit is named for and does not convert.
+
+    Raises:
+        InputError: there is one.
+    """
+    bound = plain_size_bound(key, rule)
+    if bound is not None and unit is not None:
+        raise InputError(
+            f"gate '{key}': '{bound}' is in the unit of the file, and the unit here is '{unit}'; "
+            f"write {bound}_model"
+        )
+
+
+def counts_unit(key: str, rule: GateRule) -> bool:
+    """Whether it makes a difference what unit a gate is in."""
+    bounds = rule.bounds().keys()
+    if rule.tolerance_model is not None or any(each.endswith("_model") for each in bounds):
+        return True
+    return is_distance(key) and not bounds.isdisjoint(("max", "min"))  # told in it as well
+
+
+def plain_size_bound(key: str, rule: GateRule) -> str | None:
+    """The first bound on a size that is in the unit of the file, whatever the gate's is."""
+    return next((each for each in rule.bounds() if is_size(key) and each in ("max", "min")), None)
 
 
 def _require_no_value(known: Mapping[str, Known], key: str, rule: GateRule) -> None:

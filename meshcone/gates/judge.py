@@ -10,10 +10,10 @@ from fnmatch import fnmatchcase
 from typing import TypeVar
 
 from meshcone.gates.keep import keep_gates
-from meshcone.gates.paths import Found, Value, find, in_reference, side_of, value_at
+from meshcone.gates.paths import Found, Value, find, in_reference, value_at
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.rules import Allowed, Bound, GateRule, GateTable
-from meshcone.gates.units import Unit, is_distance, is_size, sized, unit_for
+from meshcone.gates.units import Unit, formats_for, is_distance, unit_for
 from meshcone.gates.words import name_of, number, point, stated
 from meshcone.notices import warnings_named
 from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
@@ -211,11 +211,8 @@ class _Comparison:
         """What bounds in model units are in: of a size, as the file is that has it."""
         sides = self.report.inputs
         reference = None if sides.reference is None else sides.reference.format
-        if is_size(self.key):
-            own = reference if side_of(self.key) == "reference" else None
-            return unit_for(self.rule.unit, own or sides.source.format)
         scaled = self.report.options.align == "similarity"
-        formats = sized(sides.source.format, reference, scaled=scaled)
+        formats = formats_for(self.key, sides.source.format, reference, scaled=scaled)
         return unit_for(self.rule.unit, *formats)
 
     @property

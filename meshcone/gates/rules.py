@@ -55,11 +55,13 @@ class GateRule(BaseModel):
     min: Number | None = Field(None, description="smallest value allowed, as the report states it")
     max_model: Number | None = Field(
         None,
-        description="largest distance allowed, in the unit of the files or, of a glTF, in `unit`",
+        description="largest distance allowed, in the unit of the files or, of a glTF or STEP, in "
+        "`unit`",
     )
     min_model: Number | None = Field(
         None,
-        description="smallest distance allowed, in the unit of the files or, of a glTF, in `unit`",
+        description="smallest distance allowed, in the unit of the files or, of a glTF or STEP, in "
+        "`unit`",
     )
     max_ratio_to_input: Number | None = Field(
         None, description="largest multiple allowed of what the input scored"
@@ -101,8 +103,8 @@ class GateRule(BaseModel):
     unit: str | None = Field(
         None,
         max_length=20,
-        description="what lengths are in: of a glTF, which is in metres, they are converted; of "
-        "other files it is what messages call their unit, such as mm",
+        description="what lengths are in: of a glTF, which is in metres, and a STEP, in "
+        "millimetres, they are converted; of other files it is what messages call their unit",
     )
 
     @model_validator(mode="after")

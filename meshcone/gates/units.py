@@ -3,14 +3,19 @@
 A distance in a report is relative to the reference's radius, but for those of the alignment and
 the size of an asset; a bound in model units is for distances alone.
 
-A glTF is in metres (glTF 2.0, section 3.4), so that a bound in millimetres is converted. What the
-unit of another file is nobody knows but whoever made it: there a unit is a name.
+A glTF is in metres (glTF 2.0, section 3.4) and a STEP is read in millimetres, so that a bound in
+another length is converted. What the unit of another file is nobody knows but whoever made it:
+there a unit is a name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from meshcone.errors import InputError
+from meshcone.suggestions import did_you_mean
 
 # In metres.
 LENGTHS: Mapping[str, float] = {
@@ -23,6 +28,9 @@ LENGTHS: Mapping[str, float] = {
     "ft": 0.3048,
 }
 GLTF_FORMATS = ("glb", "gltf")
+_STEP_FORMATS = ("step",)
+_USD_FORMATS = ("usd", "usdz")  # in metres where they say what their unit is, else as they are
+_BY_SUFFIX: Mapping[str, str] = {"stp": "step", "usda": "usd", "usdc": "usd"}
 _DISTANCES = frozenset(
     {
         "point_to_surface",
@@ -56,15 +64,49 @@ def unit_for(named: str | None, *formats: str) -> Unit:
 
     Args:
         named: what a gate calls it, if it does.
-        formats: of the files whose sizes count. Metres where one of them is a glTF, and a name
-            that is no length is then not taken; else what the gate calls it, or "units", but
-            millimetres where one of them is a STEP.
+        formats: of the files whose sizes count. Metres where one of them is a glTF, else
+            millimetres where one is a STEP, and the name is then that of a length; else what the
+            gate calls it, or "units".
+
+    Raises:
+        InputError: the name is that of no length, or of one that is not converted to.
     """
-    if not any(each in GLTF_FORMATS for each in formats):
-        return Unit(named or ("mm" if "step" in formats else "units"))
-    if named is None or named not in LENGTHS:
-        return Unit("m")
-    return Unit(named, LENGTHS[named])
+    for own, said, kinds in (
+        ("m", "a glTF is in metres", GLTF_FORMATS),
+        ("mm", "a STEP is read in millimetres", _STEP_FORMATS),
+    ):
+        if any(each in kinds for each in formats):
+            return _converted(own if named is None else named, own, said)
+    if named not in (None, "m") and any(each in _USD_FORMATS for each in formats):
+        raise InputError(
+            f"a USD is read in metres or as it is, and nothing in '{named}' is converted to "
+            "that: write lengths in metres"
+        )
+    return Unit(named or "units")
+
+
+def _converted(named: str, own: str, said: str) -> Unit:
+    if named not in LENGTHS:
+        raise InputError(
+            f"{said}, and '{named}' is not a known unit{did_you_mean(named, LENGTHS)}: expected "
+            f"one of {', '.join(LENGTHS)}"
+        )
+    return Unit(named, LENGTHS[named] / LENGTHS[own])
+
+
+def formats_for(key: str, source: str, reference: str | None, *, scaled: bool) -> tuple[str, ...]:
+    """Formats of the files whose sizes count for a value: of a size, the one that has it."""
+    if not is_size(key):
+        return sized(source, reference, scaled=scaled)
+    if reference is not None and key.startswith("asset.reference."):
+        return (reference,)
+    return (source,)
+
+
+def format_named(name: str) -> str:
+    """The format that a file's name says it has; what an archive holds its name does not say."""
+    suffix = PurePosixPath(name.lower()).suffix[1:]
+    return _BY_SUFFIX.get(suffix, suffix)
 
 
 def sized(source: str, reference: str | None, *, scaled: bool) -> tuple[str, ...]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import PurePosixPath
 
 from meshcone.errors import InputError
-from meshcone.gates.units import GLTF_FORMATS, LENGTHS
+from meshcone.gates.units import GLTF_FORMATS, format_named, unit_for
 
 TOLERANCE_LENGTH = 40  # characters
 _TOLERANCE = re.compile(r"(?P<number>\d*\.?\d+(?:[eE][+-]?\d+)?) ?(?P<unit>%|[A-Za-z]{0,20})")
@@ -52,8 +51,10 @@ class Tolerance:
         Raises:
             InputError: the unit is named, and is no length that is known.
         """
-        if any(PurePosixPath(name.lower()).suffix[1:] in GLTF_FORMATS for name in names):
+        formats = tuple(map(format_named, names))
+        if any(each in GLTF_FORMATS for each in formats):
             return self.in_metres()
+        unit_for(self.unit, *formats)
         return self
 
     def in_metres(self) -> Tolerance:
@@ -64,10 +65,4 @@ class Tolerance:
         """
         if self.relative or self.unit is None:
             return self
-        if self.unit not in LENGTHS:
-            known = ", ".join(LENGTHS)
-            raise InputError(
-                f"a glTF is in metres, and '{self.unit}' is not a known unit: expected a length "
-                f"in one of {known}"
-            )
-        return Tolerance(self.value * LENGTHS[self.unit], unit="m")
+        return Tolerance(self.value * unit_for(self.unit, *GLTF_FORMATS).length, unit="m")

@@ -11,7 +11,7 @@ from meshcone.assets.points.asset import points_alone
 from meshcone.assets.policy import ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.gates.fitting import require_known
+from meshcone.gates.fitting import require_known, require_units
 from meshcone.gates.judge import judged
 from meshcone.notices import COLORS, OF_PAIRS, Told
 from meshcone.options import Options
@@ -95,6 +95,7 @@ def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited,
         asset = read_asset(file.name, file.data, file.resources, policy=policy)
         if asset.is_points:
             raise points_alone(asset.name)
+        require_units(options.gates, asset.format, None, scaled=False)
         mesh = Mesh(asset.vertices, asset.faces)
         if not mesh.face_areas.sum() > 0:
             raise InputError("every face is without area", file=asset.name)
@@ -109,6 +110,7 @@ def _beside(
 ) -> tuple[Audited, Audited, Told]:
     with watch.stage("read"):
         pair = read_pair(source, reference, options)
+        pair.require_units(options)
     with watch.stage("quality"):
         found, held = (
             inspect(mesh, options.quality.intersection_pairs, collapsed=collapsed)

@@ -54,6 +54,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
     watch = Stopwatch()
     with watch.stage("read"):
         pair = read_pair(source, reference, options)
+        pair.require_units(options)
     with watch.stage("align"):
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)

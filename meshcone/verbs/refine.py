@@ -95,6 +95,7 @@ def refine(
     tracker.enter("read")
     with watch.stage("read"):
         sent = read_pair(source, reference, options).under(options)
+        sent.require_units(options)
         require_divisible(sent, options)
     limited = _limited(options, solve_seconds)
     with time_allowed(limited.solver.time_limit):

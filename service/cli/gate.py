@@ -188,8 +188,22 @@ def _jobs(
         file = read(mode)
         table = {} if file is None else file.for_asset(pair.name, pair.level)
         own = options.model_copy(update={"mode": mode, "gates": dict(table)})
+        _require_units(pair, own)
         jobs.append(GateJob(pair, own, viewed, label))
     return jobs
+
+
+def _require_units(pair: Pair, options: Options) -> None:
+    from meshcone.gates.fitting import require_units
+    from meshcone.gates.units import format_named
+    from service.gating.pairs import shown
+
+    reference = None if pair.reference is None else format_named(shown(pair.reference))
+    try:
+        scaled = options.align == "similarity"
+        require_units(options.gates, format_named(shown(pair.source)), reference, scaled=scaled)
+    except InputError as error:
+        raise InputError(error.message, file=pair.name) from None
 
 
 def _run(work: list[GateJob], server: str | None, at_once: int) -> GateRun:

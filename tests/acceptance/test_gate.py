@@ -297,6 +297,10 @@ def test_an_asset_without_gates_has_not_passed(assets: Path) -> None:
             "gate 'emd' has a bound for each level of detail, but 'a.obj' has no level",
         ),
         (
+            ("a.obj", "b.glb", "--gates", "inches.toml"),
+            "a.obj: gate 'deviation.max': a glTF is in metres, and 'inch' is not a known unit",
+        ),
+        (
             ("a.obj", "b.obj", "--gates", "gates.toml", "--set", "mode=refine"),
             "'mode' and 'gates' are set by --refine and --gates here",
         ),
@@ -315,6 +319,7 @@ def test_what_cannot_be_gated_is_told_in_one_line(
 ) -> None:
     (assets / "bad.toml").write_text("gates.fscor.min = 1")
     (assets / "levels.toml").write_text("gates.emd.max = [1, 2]")
+    (assets / "inches.toml").write_text("unit = 'inch'\ngates.'deviation.max'.max_model = 1")
 
     finished = gate(assets, *arguments)
 

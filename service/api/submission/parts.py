@@ -8,7 +8,8 @@ from pathlib import PurePosixPath
 from typing import Any, BinaryIO
 
 from meshcone.errors import InputError, LimitError
-from meshcone.gates.fitting import require_known
+from meshcone.gates.fitting import require_known, require_units
+from meshcone.gates.units import format_named
 from meshcone.options import Options, parse_options
 from meshcone.relative_names import NAME_LENGTH, inside
 from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
@@ -87,6 +88,7 @@ def submission_of(
     sent = dict(options)
     parsed = _sound(parse_options(sent))
     _require_list(parsed, resources)
+    _require_units(parsed, source.name, None if reference is None else reference.name)
     if reference is None:
         _require_alone(parsed, resources["reference_resources"])
     else:
@@ -177,6 +179,12 @@ def _twice(first: str, second: str) -> str:
 def _sound(options: Options) -> Options:
     require_known(options.gates, options.mode)
     return options
+
+
+def _require_units(options: Options, source: str, reference: str | None) -> None:
+    held = None if reference is None else format_named(reference)
+    scaled = options.align == "similarity"
+    require_units(options.gates, format_named(source), held, scaled=scaled)
 
 
 def _require_list(options: Options, resources: Mapping[str, tuple[AnyFile, ...]]) -> None:

@@ -76,6 +76,16 @@ def test_the_unit_of_the_file_is_that_of_its_gates() -> None:
     assert {rule.unit for rule in parsed(EXAMPLE).for_asset("a.obj").values()} == {"mm"}
 
 
+def test_the_unit_of_a_file_is_not_that_of_sizes_in_its_base() -> None:
+    base = parsed("gates.'asset.size.height'.max = 2")
+    own = b"unit = 'mm'\ngates.'deviation.max'.max_model = 2"
+
+    rules = parse_gate_file("own.toml", own, "measure", base).for_asset("a.glb")
+
+    assert rules["deviation.max"].unit == "mm"
+    assert rules["asset.size.height"].unit is None
+
+
 def test_dots_need_no_quotes() -> None:
     file = parsed("[gates]\npoint_to_surface.p95 = { max = 1 }\nvalidity.watertight.equals = true")
 
@@ -118,6 +128,19 @@ def test_json_says_the_same() -> None:
         ('gates.fscore.severity = "error"', "needs a bound"),
         ('gates.fscore = { max = 1, severity = "eror" }', "'error' or 'warning'"),
         ("gates.fscore.max_model = 1", "'max_model' is for distances"),
+        ("gates.fscore = { max = 1, unit = 'mm' }", "leave unit = 'mm' away"),
+        (
+            "gates.'deviation.area_beyond' = { tolerance = 0.1, max = 1, unit = 'mm' }",
+            "a unit is for lengths",
+        ),
+        (
+            "unit = 'mm'\ngates.'asset.size.height'.max = 800",
+            "gate 'asset.size.height': 'max' is in the unit of the file, and the unit here is 'mm'",
+        ),
+        (
+            "unit = 'mm'\n[classes.a]\nmatch = ['*']\ngates.'asset.size.height'.min = 800",
+            "write min_model",
+        ),
         ("gates.fscore.equals = true", "'equals' is for words and yes-or-no values"),
         ('gates."validity.watertight".max = 1', "'max' is for numbers"),
         ('gates."inputs.source.bytes".max_ratio_to_floor = 1', "is for metrics"),

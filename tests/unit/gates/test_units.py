@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.gates.fitting import require_known, require_units
 from meshcone.gates.records import GateCheck
+from meshcone.gates.rules import GateRule
+from meshcone.gates.units import Unit, format_named, unit_for
 from meshcone.options import Options, parse_options
 from meshcone.report.report import MeasureReport
+from meshcone.verbs.audit import audit
 from meshcone.verbs.measure import measure
 from meshcone.verbs.refine import refine
 from meshcone.verbs.verify import verify
@@ -81,11 +86,63 @@ def test_the_unit_of_another_format_is_a_name() -> None:
     assert " mm" in found.words
 
 
-def test_a_name_that_is_no_length_is_not_taken_for_metres() -> None:
-    found = only(measured("glb", {"deviation.max": {"max_model": 0.3, "unit": "cubits"}}))
+@pytest.mark.parametrize("unit", ["cubits", "millimeters", "MM"])
+@pytest.mark.parametrize("pair", [("glb", "glb"), ("obj", "glb"), ("glb", "obj")])
+def test_a_name_that_is_no_length_is_refused_where_files_are_in_metres(
+    pair: tuple[str, str], unit: str
+) -> None:
+    said = f"gate 'deviation.max': a glTF is in metres, and '{unit}' is not a known unit"
+    with pytest.raises(InputError, match=said):
+        measured(pair[0], {"deviation.max": {"max_model": 0.3, "unit": unit}}, pair[1])
 
-    assert found.status == "pass"
-    assert "cubits" not in found.words
+
+def test_the_unit_of_a_gltf_alone_is_checked_too() -> None:
+    gates = {"asset.size.height": {"max_model": 0.8, "unit": "meter"}}
+
+    with pytest.raises(InputError, match=r"asset\.size\.height.: a glTF is in metres"):
+        audit(ball("glb"), None, options(gates, mode="audit"))
+
+
+def test_a_file_that_takes_the_size_of_a_gltf_has_no_unit_of_its_own() -> None:
+    gates = {"deviation.max": GateRule(max_model=0.3, unit="units")}
+
+    require_units(gates, "glb", "obj", scaled=True)
+    with pytest.raises(InputError, match="'units' is not a known unit"):
+        require_units(gates, "glb", "obj", scaled=False)
+
+
+@pytest.mark.parametrize(("unit", "millimetres"), [("mm", 1.0), ("cm", 10.0), ("in", 25.4)])
+def test_a_step_is_in_millimetres(unit: str, millimetres: float) -> None:
+    assert unit_for(unit, "step", "obj") == Unit(unit, pytest.approx(millimetres))
+    assert unit_for(None, "step", "obj") == Unit("mm")
+
+
+def test_a_name_that_is_no_length_is_refused_for_a_step() -> None:
+    with pytest.raises(InputError, match="a STEP is read in millimetres, and 'inch' is not"):
+        unit_for("inch", "obj", "step")
+
+
+def test_lengths_of_a_usd_are_not_converted() -> None:
+    assert unit_for("m", "obj", "usd") == Unit("m")
+    assert unit_for(None, "usdz") == Unit("units")
+    with pytest.raises(InputError, match="nothing in 'mm' is converted"):
+        unit_for("mm", "usdz")
+
+
+@pytest.mark.parametrize(
+    ("name", "known"),
+    [("a.GLB", "glb"), ("b.stp", "step"), ("c.usda", "usd"), ("d.zip", "zip"), ("e", "")],
+)
+def test_a_format_is_told_by_the_name(name: str, known: str) -> None:
+    assert format_named(name) == known
+
+
+@pytest.mark.parametrize("bound", ["max", "min"])
+def test_a_bound_on_a_size_in_another_unit_than_the_gate_is_in_is_refused(bound: str) -> None:
+    gates = options({"asset.size.height": {bound: 800, "unit": "mm"}}).gates
+
+    with pytest.raises(InputError, match=f"and the unit here is 'mm'; write {bound}_model"):
+        require_known(gates, "measure")
 
 
 def test_a_pair_with_a_gltf_in_it_is_in_metres() -> None:
