@@ -63,7 +63,8 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
     Values are read as JSON where they are JSON and as plain strings otherwise.
 
     Raises:
-        InputError: an assignment has no ``=`` or sets a value and something below it.
+        InputError: an assignment has no ``=``, sets a value and something below it, or has a
+            value that is nested too deeply.
     """
     document: dict[str, Any] = {}
     for assignment in assignments:
@@ -80,6 +81,8 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
             section[leaf] = parse_json(text)
         except DuplicateNameError as error:
             raise InputError(f"option '{path}': {error}") from None
+        except RecursionError:
+            raise InputError(f"option '{path}': the value is nested too deeply") from None
         except ValueError:
             section[leaf] = text
     return document

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -78,12 +80,23 @@ def options_from(
         asked = DetailOptions.asked(detail)
         if detail.strip() == "auto" and "within" not in document:
             raise InputError("--detail auto needs a tolerance to reach: add --within")
-        document["detail"] = {**document.get("detail", {}), **asked}
+        document["detail"] = {**_section(document, "detail", "growth=4"), **asked}
     if per is not None:
-        document["quality"] = {**document.get("quality", {}), "per": per}
+        document["quality"] = {**_section(document, "quality", "per=node"), "per": per}
     options = parse_options(document)
     if mode is not None and options.mode != mode:
         raise InputError(
             f"the mode '{options.mode}' is not this command's: use `meshcone {options.mode}`"
         )
     return options
+
+
+def _section(document: Mapping[str, Any], name: str, example: str) -> Mapping[str, Any]:
+    """What ``--set`` gives of a section that another argument adds to."""
+    section = document.get(name, {})
+    if not isinstance(section, dict):
+        raise InputError(
+            f"option '{name}': expected options in it, such as --set {name}.{example}, "
+            f"found {json.dumps(section)[:40]}"
+        )
+    return section

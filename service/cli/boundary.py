@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import os
 import sys
 import traceback
@@ -30,6 +32,7 @@ class CommandLine(typer.Typer):
 
     def _run(self, *args: Any, **kwargs: Any) -> int:
         use_one_thread()
+        _print_anything()
         try:
             code = get_command(self)(*args, prog_name="meshcone", standalone_mode=False, **kwargs)
         except typer.TyperException as error:
@@ -45,6 +48,22 @@ class CommandLine(typer.Typer):
         except Exception as error:  # noqa: BLE001 - the last boundary: nobody is left to handle it
             return _fail(f"unexpected {type(error).__name__}: {error}", INTERNAL)
         return code if isinstance(code, int) else 0
+
+
+def _print_anything() -> None:
+    """Have a terminal of few characters show the others as escapes, as stderr does.
+
+    A command that has written its files must not fail for an arrow in what it says of them.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and _refuses_some(stream):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _refuses_some(stream: io.TextIOWrapper) -> bool:
+    # Names of files that are no UTF-8 pass through a stream that escapes their bytes again.
+    is_unicode = codecs.lookup(stream.encoding).name == "utf-8"
+    return stream.errors == "strict" or (stream.errors == "surrogateescape" and not is_unicode)
 
 
 def _fail(message: str, code: int) -> int:

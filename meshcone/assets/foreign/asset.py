@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.astray import astray
-from meshcone.assets.base import Asset
+from meshcone.assets.base import Asset, naming
 from meshcone.assets.foreign.divide import ForeignTriangles
 from meshcone.assets.foreign.divide_off import carries_more, divided_off
-from meshcone.assets.foreign.divide_ply import carries_properties, divided_ply
+from meshcone.assets.foreign.divide_ply import carries_properties, divided_ply, require_divisible
 from meshcone.assets.foreign.divide_stl import divided_stl, has_attributes
 from meshcone.assets.foreign.off import read_off
 from meshcone.assets.foreign.ply import read_ply
@@ -122,8 +122,16 @@ class ForeignAsset(Asset):
             )
 
     def ensure_divisible(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
-        """See :meth:`Asset.ensure_divisible`: what can be written can be divided."""
+        """Check that what can be written can be divided too.
+
+        Raises:
+            InputError: a PLY has strips of triangles alone, or rows without all that its header
+                declares.
+        """
         self.ensure_writable()
+        if self._kind == "ply":
+            with naming(self.name):
+                require_divisible(self._data, self._limits)
 
     def charts(self) -> Charts:
         """See :meth:`Asset.charts`; faces that carry anything of their own keep their sides."""

@@ -125,6 +125,16 @@ def line_end_of(data: bytes, start: int) -> bytes:
     return found[0] if found else b"\n"
 
 
+def after_line(data: bytes, place: int) -> tuple[bytes, int]:
+    """How the line that a byte is in ends, and where the next one begins.
+
+    Header and rows of a file may end their lines differently. Faces follow, so there is an end.
+    """
+    found = _LINE_END.search(data, place)
+    assert found is not None  # noqa: S101 - the file has been read
+    return found[0], found.end()
+
+
 def replaced(data: bytes, start: int, changes: dict[Span, bytes]) -> bytes:
     """Put other bytes in the place of some spans, in the order of the file."""
     pieces, reached = [data[:start]], start

@@ -10,10 +10,10 @@ import numpy as np
 from meshcone.assets.foreign.divide import (
     ForeignTriangles,
     Span,
+    after_line,
     between,
     content_spans,
     directions,
-    line_end_of,
     replaced,
     row_spans,
     words_in,
@@ -45,8 +45,7 @@ def divided_off(data: bytes, triangles: ForeignTriangles, subdivision: Subdivisi
     values, ends = between(polygons.over, lambda some: _numbers(data, rows, some))
     if normals:
         values[:, 3:6] = directions(values[:, 3:6], ends[:, 0, 3:6])
-    line_end = line_end_of(data, rows[-1][1])
-    after = data.index(line_end, rows[-1][1]) + len(line_end)
+    line_end, after = after_line(data, rows[-1][1])
     changes: dict[Span, bytes] = {(after, after): _written(data, rows, values, line_end)}
     added = 0
     spans = row_spans(lines, data, faces, lambda size: int(size) + 1)

@@ -10,14 +10,15 @@ from meshcone.assets.foreign.divide import (
     DividedPolygons,
     ForeignTriangles,
     Span,
+    after_line,
     between,
     content_spans,
     directions,
-    line_end_of,
     replaced,
     row_spans,
 )
 from meshcone.assets.foreign.ply import NORMAL, corner_list
+from meshcone.assets.foreign.ply_ascii import AsciiBody
 from meshcone.assets.foreign.ply_binary import BinaryBody
 from meshcone.assets.foreign.ply_header import Element, Header, Property, read_header
 from meshcone.assets.foreign.text import shown
@@ -50,8 +51,6 @@ def divided_ply(
             that is no shade differs along an edge to divide.
     """
     header = read_header(data, limits)
-    if b"face" not in {element.name for element in header.elements if element.count}:
-        raise _of_strips()
     table = _Text(data, header) if header.encoding == "ascii" else _Binary(data, header, limits)
     vertex, face = _element(header, b"vertex"), _element(header, b"face")
     polygons = triangles.divided(subdivision, vertex.count)
@@ -62,6 +61,22 @@ def divided_ply(
     start = header.size
     head = _counted(data[:start], vertex, len(polygons.over.corners))
     return _counted(head, face, added) + replaced(data, start, changes)[start:]
+
+
+def require_divisible(data: bytes, limits: Limits) -> None:
+    """Check what can be known before it is known which faces are divided.
+
+    Raises:
+        InputError: it has strips of triangles alone, or a row lacks what the header declares.
+    """
+    header = read_header(data, limits)
+    if b"face" not in {element.name for element in header.elements if element.count}:
+        raise _of_strips()
+    if header.encoding == "ascii":
+        body = AsciiBody(data[header.size :], header.lines + 1, limits)
+        for element in header.elements:
+            check = body.require_whole if element.name in (b"vertex", b"face") else body.skip
+            check(element)
 
 
 def _of_strips() -> InputError:
@@ -174,9 +189,7 @@ class _Text:
         }
         self._vertices, self._faces = spans[b"vertex"], spans[b"face"]
         self._element = _element(header, b"face")
-        self.between_rows = line_end_of(data, header.size)
-        last = self._vertices[-1][1]
-        self.end = data.index(self.between_rows, last) + len(self.between_rows)
+        self.between_rows, self.end = after_line(data, self._vertices[-1][1])
 
     def numbers(self, rows: Ints) -> Floats:
         """What some vertices have, (k, properties)."""

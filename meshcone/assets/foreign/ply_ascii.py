@@ -73,6 +73,19 @@ class AsciiBody:
             self._limits.check("faces", triangles, "triangles", f"line {line[0]}")
         return np.array(found, dtype=np.int64), sizes
 
+    def require_whole(self, element: Element) -> None:
+        """Check that every row has all that the header declares.
+
+        What follows the places and corners is not needed to read a surface, and may be missing.
+
+        Raises:
+            InputError: a row has less.
+        """
+        last = len(element.properties) - 1
+        for line in self._take(element) if element.properties else ():
+            for _ in _values(element, line, (last,), self._limits):
+                pass
+
     def skip(self, element: Element) -> None:
         """Pass over an element.
 

@@ -233,3 +233,46 @@ def test_an_stl_s_parts_have_the_normal_and_name_of_their_facet() -> None:
     assert b"      vertex 0.5 0 0\n      vertex 1.0 0 0\n      vertex 0 1 0\n" in found
     assert found.startswith(b"solid two parts\n  facet")
     assert found.endswith(b"\n  endfacet\nendsolid two parts\n")
+
+
+def plain_ply(vertices: bytes, *, of_vertices: bytes = b"", of_faces: bytes = b"") -> bytes:
+    """A triangle, whose header has Windows line ends and whose rows have others."""
+    head = (
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        b"property float z\n" + of_vertices + b"element face 1\n"
+        b"property list uchar int vertex_indices\n" + of_faces + b"end_header\n"
+    )
+    return head.replace(b"\n", b"\r\n") + vertices + b"3 0 1 2\n"
+
+
+HALVES = Subdivision(1, FIRST_SIDE.parents[:2], FIRST_SIDE.corners[:2], 1)
+
+
+def test_rows_may_end_in_another_way_than_the_header() -> None:
+    source = plain_ply(b"0 0 0\n2 0 0\n0 2 0\n")
+    found = read_asset("a.ply", source).divided(HALVES)
+    assert found.endswith(b"\r\n0 0 0\n2 0 0\n0 2 0\n1 0 0\n3 0 3 2\n3 3 1 2\n")
+
+
+def test_an_off_may_end_its_lines_in_several_ways() -> None:
+    source = b"OFF\r\n3 1 0\r\n0 0 0\r\n2 0 0\n0 2 0\n3 0 1 2\r\n"
+    found = read_asset("a.off", source).divided(HALVES)
+    assert found.endswith(b"0 2 0\n1 0 0\n3 0 3 2\n3 3 1 2\r\n")
+
+
+@pytest.mark.parametrize(
+    ("element", "missing", "line"),
+    [("of_vertices", "nx", "line 13"), ("of_faces", "part", "line 14")],
+)
+def test_rows_without_what_the_header_declares_are_refused_before_anything_is_solved(
+    element: str, missing: str, line: str
+) -> None:
+    declared = {
+        "of_vertices": b"property float nx\nproperty float ny\nproperty float nz\n",
+        "of_faces": b"property uchar part\n",
+    }[element]
+    rows = b"0 0 0\n2 0 0\n0 2 0\n"
+    source = plain_ply(rows, **{element: declared})
+    with pytest.raises(InputError, match=f"expected 1 values of '{missing}', found 0") as refused:
+        read_asset("a.ply", source).ensure_divisible()
+    assert (refused.value.file, refused.value.place) == ("a.ply", line)
