@@ -24,7 +24,7 @@ class PairRequest(JobRequest):
         default=None,
         min_length=1,
         max_length=NAME_LENGTH,
-        description="what reports call it; by default the source's file name",
+        description="what reports call it, on one line; by default the source's file name",
     )
 
 
@@ -37,7 +37,7 @@ class BatchHeader(BaseModel):
         default=None,
         min_length=1,
         max_length=NAME_LENGTH,
-        description="what the batch is called",
+        description="what the batch is called, on one line",
     )
     labels: tuple[str, ...] = Field(default=(), description="names to find its jobs by")
     options: dict[str, Any] = Field(

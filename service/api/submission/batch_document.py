@@ -84,8 +84,7 @@ class BatchDocument:
             raise InputError("a pair is a JSON object")
         own, header = dict(value), self.header
         name = own.pop("name", None)
-        if name is not None and not (isinstance(name, str) and 0 < len(name) <= NAME_LENGTH):
-            raise InputError(f"field 'name': must be a text of up to {NAME_LENGTH} characters")
+        _require_line(name)
         options, labels = own.get("options", {}), own.get("labels", [])
         if isinstance(options, dict):  # else what is wrong with it is said below
             common = header.options
@@ -118,9 +117,19 @@ def _header(fields: Mapping[str, Any]) -> BatchHeader:
         raise InputError(
             f"field '{path}': {in_words(cause)}" if path else in_words(cause)
         ) from None
+    _require_line(header.name)
     if header.gates is not None and "gates" in header.options:
         raise InputError("the batch has 'gates' and options with 'gates': leave one of them out")
     return header
+
+
+def _require_line(name: Any) -> None:
+    """Refuse a name that lists and reports could not show; half a character is in no answer."""
+    if name is None or (
+        isinstance(name, str) and name.isprintable() and 0 < len(name) <= NAME_LENGTH
+    ):
+        return
+    raise InputError(f"field 'name': must be one line of up to {NAME_LENGTH} characters")
 
 
 def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:

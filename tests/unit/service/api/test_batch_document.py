@@ -19,6 +19,7 @@ PAIR = {
     "source": {"url": "https://assets.example.org/mug.glb"},
     "reference": {"url": "https://assets.example.org/scan.glb"},
 }
+LINE = st.characters(codec="utf-8").filter(str.isprintable)
 SPACE = st.text(" \n\t\r", max_size=3)
 
 
@@ -39,7 +40,7 @@ def names(found: BatchDocument) -> list[str | None]:
 
 
 @given(
-    st.lists(st.text(min_size=1, max_size=20), min_size=1, max_size=5),
+    st.lists(st.text(LINE, min_size=1, max_size=20), min_size=1, max_size=5),
     st.booleans(),
     SPACE,
     st.booleans(),
@@ -98,6 +99,17 @@ def test_what_is_no_such_json_is_refused(text: str | bytes) -> None:
 def test_what_a_reader_would_drop_in_silence_is_refused(text: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         document(text.encode(), Trickle)
+
+
+@pytest.mark.parametrize(
+    "name", ["", "x" * 201, "a\nb", "\x00", "\ud800", 7], ids=lambda name: ascii(name)[:10]
+)
+def test_a_name_is_one_short_line_that_can_be_written(name: Any) -> None:
+    with pytest.raises(InputError, match=r"^field 'name': "):
+        document(json.dumps({"name": name, "pairs": [PAIR]}))
+
+    with pytest.raises(InputError, match=r"^pairs\[1\]: field 'name': must be one line"):
+        names(document(json.dumps({"pairs": [PAIR, {**PAIR, "name": name}]})))
 
 
 def test_a_pair_that_is_too_long_is_refused_before_it_is_read_whole() -> None:
