@@ -230,6 +230,7 @@ def test_a_batch_that_is_canceled_while_it_is_entered_has_no_job_that_goes_on(
 
     assert batches.request_cancel(batch.id)
     carry_through(batch.id, batches, queue)
+    assert ledger.is_cancel_requested(running)
     assert batches.get(batch.id).finished is None  # one runs until its worker has noticed
     ledger.end_canceled(running, attempt)
 
@@ -238,6 +239,24 @@ def test_a_batch_that_is_canceled_while_it_is_entered_has_no_job_that_goes_on(
     assert batches.counts(record).states["canceled"] == PAIRS
     assert queue.waiting() == set()
     assert not batches.request_cancel(batch.id)  # it has ended
+
+
+def test_a_batch_that_is_canceled_asks_each_of_its_running_jobs_to_stop_once(
+    batches: Batches, ledger: Ledger, queue: JobQueue, redis: Redis
+) -> None:
+    batch, ids = accepted(batches, pairs=2)
+    batches.carry_on(batch.id)
+    for job_id in ids:
+        ledger.begin(job_id)
+
+    batches.request_cancel(batch.id)
+    for _ in range(2):  # whoever canceled it, and upkeep
+        carry_through(batch.id, batches, queue)
+
+    for job_id in ids:
+        assert ledger.is_cancel_requested(job_id)
+        events = [entry["event"] for _, entry in redis.xrange(f"meshcone:job:{job_id}:events")]
+        assert events.count("cancel") == 1
 
 
 @pytest.mark.parametrize("pairs", [1, 3])

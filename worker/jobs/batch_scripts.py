@@ -54,9 +54,11 @@ CARRY_ON = (
     + ENTER_JOB
     + CANCEL_JOB
     + """
--- KEYS: batch, its entry, its queued jobs. step: id, finished, count. Enters, or cancels, some more
--- of its jobs. Answers the ids of those that can be run, and whether anything is left to be done.
-local batch, entry, waiting = KEYS[1], KEYS[2], KEYS[3]
+-- KEYS: batch, its entry, its queued jobs, its running ones. step: id, finished, count. Enters, or
+-- cancels, some more of its jobs; those that run are asked to stop, at each step, as one may have
+-- begun since the last. Answers the ids of those that can be run, and whether anything is left to
+-- be done.
+local batch, entry, waiting, running = KEYS[1], KEYS[2], KEYS[3], KEYS[4]
 local batch_id, count, finished = step.id, step.count, step.finished
 local ready = {}
 
@@ -65,15 +67,20 @@ local function take_up(id, taken)
   events, blobs = job .. ':events', job .. ':blobs'
 end
 
+local function cancel_all(ids)
+  for _, id in ipairs(ids) do
+    take_up(id, {id=id, finished=finished})
+    cancel_job()
+  end
+end
+
 if redis.call('EXISTS', batch) == 0 then return {ready, 0} end
 if redis.call('HEXISTS', batch, 'cancel_requested') == 1 then
   local left = redis.call('LLEN', entry)
   if left > 0 then redis.call('HINCRBY', batch, 'dropped', left) end
   redis.call('DEL', entry)
-  for _, id in ipairs(redis.call('ZRANGE', waiting, 0, count - 1)) do
-    take_up(id, {id=id, finished=finished})
-    cancel_job()
-  end
+  cancel_all(redis.call('ZRANGE', waiting, 0, count - 1))
+  cancel_all(redis.call('ZRANGE', running, 0, -1))
 else
   local accounts = cjson.decode(redis.call('HGET', batch, 'accounts') or '[]')
   for _, document in ipairs(redis.call('LPOP', entry, count) or {}) do

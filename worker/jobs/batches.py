@@ -185,13 +185,16 @@ class Batches:
     def carry_on(self, batch_id: str) -> tuple[list[str], bool]:
         """Enter some more jobs of a batch or, where it is to be canceled, cancel some.
 
+        Those that run are asked to stop; they end when their workers have noticed.
+
         Any number of processes may do so at one time.
 
         Returns:
             The jobs that wait for nothing but a worker, and whether anything is left to be done.
         """
         step = {"id": batch_id, "count": _AT_ONCE, "finished": json.dumps(_now())}
-        keys = [batch_key(batch_id), _entry(batch_id), f"{batch_key(batch_id)}:since:queued"]
+        place = batch_key(batch_id)
+        keys = [place, _entry(batch_id), f"{place}:since:queued", f"{place}:since:running"]
         ready, more = self._carry_on(keys, [json.dumps(step)])
         return [str(job_id) for job_id in ready], bool(more)
 
