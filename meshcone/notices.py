@@ -145,6 +145,10 @@ class Code(StrEnum):
     )
     SCENE_RELATIVE = "scene.relative", "the scene is read where CESIUM_RTC puts it"
     SKIN_BIND_POSE = "skin.bind_pose", "skinned meshes, which are read in their bind pose"
+    SKIN_INSTANCES = (
+        "skin.instances",
+        "instances of skinned meshes, which are not read",
+    )
     MORPH_BASE_SHAPE = (
         "morph.base_shape",
         "meshes with morph targets, which are read in their base shape",

@@ -22,7 +22,7 @@ from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import check_untouched
-from meshcone.assets.gltf.instancing import as_nodes
+from meshcone.assets.gltf.instancing import as_nodes, not_as_nodes
 from meshcone.assets.gltf.model import Model, write_file
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.notices import miscounted_notices
@@ -124,8 +124,18 @@ class GltfAsset(Asset):
         Raises:
             InputError: naming the mesh, accessor or node that stands in the way.
         """
+        policy = policy or WritePolicy()
         with naming(self.name):
-            self._writable(policy or WritePolicy())
+            self._writable(policy, self._undecided(policy))
+
+    def _undecided(self, policy: WritePolicy) -> frozenset[int]:
+        """Meshes whose instances cannot become nodes: only those that do not agree need to."""
+        placements = [block.placement for block in self._model.scene.blocks]
+        placing = {each.node for each in placements if each.instance is not None}
+        if policy.instances != "auto" or not placing:
+            return frozenset()
+        nodes = not_as_nodes(self._model.document, placing)
+        return frozenset(each.mesh for each in placements if each.node in nodes)
 
     def changes(self, policy: WritePolicy, written: Asset) -> tuple[Notice, ...]:
         """See :meth:`Asset.changes`."""

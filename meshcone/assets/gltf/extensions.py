@@ -15,6 +15,7 @@ VISIBILITY = "KHR_node_visibility"
 LEVELS = "MSFT_lod"
 RELATIVE_TO_CENTER = "CESIUM_RTC"
 MANIFOLD = "EXT_mesh_manifold"
+ANIMATION_POINTER = "KHR_animation_pointer"
 OUTLINE = "CESIUM_primitive_outline"
 
 _UNDERSTOOD = {INSTANCING, DRACO, *MESHOPT, QUANTIZATION, VISIBILITY, LEVELS, RELATIVE_TO_CENTER}
@@ -34,7 +35,7 @@ _APART_PREFIXES = (
 )
 _APART = {
     "KHR_lights_punctual",
-    "KHR_animation_pointer",
+    ANIMATION_POINTER,
     "KHR_interactivity",
     "EXT_feature_metadata",
     "EXT_mesh_features",

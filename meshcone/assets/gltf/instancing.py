@@ -5,7 +5,7 @@ Source: the extension's text in the Khronos glTF repository.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,9 @@ from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import INSTANCING, extension_of
+from meshcone.assets.gltf.extensions import ANIMATION_POINTER, INSTANCING, extension_of
 from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
 
 _KINDS = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
@@ -24,13 +25,16 @@ _KINDS = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 def instances(node: Element, accessors: Accessors) -> list[dict[str, Any]] | None:
     """The transform of each instance, as a node below the given one would have it.
 
+    A skin puts a mesh where its joints are, whatever transforms the node has, so those of
+    instances too say nothing there.
+
     Returns:
-        Members of a node for each; None if the node does not use the extension.
+        Members of a node for each; None if the node does not use the extension, or has a skin.
 
     Raises:
         InputError: the extension is malformed.
     """
-    extension = extension_of(node, INSTANCING)
+    extension = None if "skin" in node.value else extension_of(node, INSTANCING)
     attributes = None if extension is None else extension.child("attributes")
     if attributes is None:
         return None
@@ -64,6 +68,7 @@ def as_nodes(
         The document and its buffers, or None if none of the nodes has instances.
 
     Raises:
+        InputError: there is more to be said of an instance than where it is.
         LimitError: the nodes are more than ``limits`` accept.
     """
     draft = Draft(document, accessors.buffers, limits)
@@ -75,6 +80,9 @@ def as_nodes(
         found = instances(node, accessors)
         if found is None:
             continue
+        more = _beyond_places(document.root, index)
+        if more is not None:
+            raise more
         expanded.add(index)
         count += len(found)
         limits.check("nodes", count, "nodes, one for each instance", node.pointer)
@@ -95,6 +103,56 @@ def as_nodes(
     ):
         _drop_name(draft, document)
     return draft.finish()
+
+
+def not_as_nodes(document: Document, nodes: Iterable[int]) -> set[int]:
+    """Those of some nodes with instances of which more is said than nodes could say."""
+    return {index for index in nodes if _beyond_places(document.root, index) is not None}
+
+
+def _beyond_places(root: Element, index: int) -> InputError | None:
+    """What a node says of its instances besides where they are, as the reason not to lose it."""
+    node = root.children("nodes")[index]
+    extension = extension_of(node, INSTANCING)
+    attributes = None if extension is None else extension.child("attributes")
+    if extension is None or attributes is None:
+        return None
+    said = [
+        *((name, attributes.place(name)) for name in attributes.value if name not in _KINDS),
+        *((name, extension.place(name)) for name in extension.value if name != "attributes"),
+        *((name, node.place("extensions")) for name in _others_about_instances(node)),
+        *(("weights", place) for place in _moved_weights(root, index)),
+    ]
+    if not said:
+        return None
+    name, place = said[0]
+    return InputError(
+        f"'{name[:80]}' is about the instances of node {index}, which do not all move alike, and "
+        "would be lost where each becomes a node; leave them out with 'select', or remove it",
+        place=place,
+    )
+
+
+def _others_about_instances(node: Element) -> Iterator[str]:
+    found = node.child("extensions")
+    for name in found.value if found is not None else ():
+        if name != INSTANCING and "instance" in name.lower():
+            yield name
+
+
+def _moved_weights(root: Element, index: int) -> Iterator[str]:
+    """Where animations move the weights of a node's mesh, which would leave that node."""
+    pointer = f"/nodes/{index}/weights/"
+    for animation in root.children("animations"):
+        for channel in animation.children("channels"):
+            target = channel.child("target")
+            if target is None:
+                continue
+            general = extension_of(target, ANIMATION_POINTER)
+            named = (general and general.text("pointer")) or ""
+            of_node = target.value.get("node") == index and target.value.get("path") == "weights"
+            if of_node or f"{named}/".startswith(pointer):
+                yield target.pointer
 
 
 def _drop_name(draft: Draft, document: Document) -> None:

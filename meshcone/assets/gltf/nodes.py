@@ -12,6 +12,7 @@ from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.choice import levels_of, replacements, roots_of
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import (
+    INSTANCING,
     RELATIVE_TO_CENTER,
     VISIBILITY,
     extension_of,
@@ -69,6 +70,7 @@ class Placements:
             (KHR_node_visibility).
         flattened: nodes that scale a mesh to a line or a point.
         levels: nodes with a mesh that is another level of detail than is read (MSFT_lod).
+        gathered: nodes with a skin and instances, of which the skin says where they are.
         origin: (3,) where the scene is (CESIUM_RTC).
         worlds: (4, 4) matrix to world space of each node of the scene.
     """
@@ -77,6 +79,7 @@ class Placements:
     invisible: list[int]
     flattened: list[int]
     levels: list[int]
+    gathered: list[int]
     origin: NDArray[np.float64]
     worlds: dict[int, NDArray[np.float64]]
 
@@ -108,7 +111,7 @@ def place_meshes(
     families = (node.references("children", len(nodes), "node") for node in nodes)
     children = [[child for child in family if child not in replacing] for family in families]
     origin = _origin(root)
-    placements = Placements([], [], [], [], origin[:3, 3], {})
+    placements = Placements([], [], [], [], [], origin[:3, 3], {})
     waiting: list[tuple[int, NDArray[np.float64], int, Lineage | None, list[int] | None]]
     roots = (each for each in roots_of(root, children, policy) if each not in replacing)
     waiting = [(node, origin, 1, None, None) for node in reversed(list(roots))]
@@ -139,6 +142,8 @@ def place_meshes(
         if mesh is not None and hidden is not None:
             hidden.append(index)
         elif mesh is not None:
+            if "skin" in node.value and extension_of(node, INSTANCING) is not None:
+                placements.gathered.append(index)
             for copy in _copies(node, mesh, world, here, accessors):
                 total = len(placements.shown) + 1
                 limits.check("meshes", total, "meshes placed", place=node.pointer)

@@ -13,6 +13,7 @@ from meshcone.assets.gltf.nodes import Placements
 from meshcone.notices import Code, Notice
 
 _OTHER_SCENES = "not the default: not read, and left as {it is|they are}; see the option scene"
+_GATHERED = "skinned: {its|their} instances are not read, and left as they are"
 _LEFT = "not shown, not read, and left as {it is|they are}"
 
 
@@ -63,6 +64,7 @@ def _notices(document: Document, found: Findings) -> Iterator[Notice]:
         (Code.NODES_INVISIBLE, nodes, placements.invisible, f"switched off: {_LEFT}"),
         (Code.NODES_FLATTENED, nodes, placements.flattened, f"scaled to a line or point: {_LEFT}"),
         (Code.NODES_LEVEL, nodes, placements.levels, f"of another level of detail: {_LEFT}"),
+        (Code.SKIN_INSTANCES, nodes, placements.gathered, _GATHERED),
         (
             Code.SCENES_OTHER,
             scenes,

@@ -177,3 +177,77 @@ def test_draco_can_be_kept_where_all_agree() -> None:
     policy = WritePolicy(instances="auto")
     again = read(asset.patched(alike(asset, gltf, CHANGE), policy))
     assert np.allclose(again.vertices, alike(asset, gltf, CHANGE), atol=1e-4)
+
+
+def scattered(asset: Asset) -> NDArray[np.float64]:
+    """Every vertex moved in a way of its own, so that no two places agree."""
+    drift = np.random.default_rng(3).uniform(-0.1, 0.1, asset.vertices.shape)
+    moved: NDArray[np.float64] = asset.vertices + drift
+    return moved
+
+
+def saying_more(what: str) -> Gltf:
+    """Instances of which a file says more than where they are."""
+    gltf = instanced()
+    node = gltf.json["nodes"][0]
+    extension = node["extensions"][INSTANCING]
+    if what == "_FEATURE_ID_0":
+        extension["attributes"][what] = gltf.accessor(np.arange(3, dtype=np.float32))
+    elif what == "EXT_instance_features":
+        node["extensions"][what] = {"featureIds": [{"featureCount": 3}]}
+    elif what == "weights":
+        target = {"node": 0, "path": "weights"}
+        gltf.json["animations"] = [{"channels": [{"sampler": 0, "target": target}]}]
+    elif what == "pointer":
+        general = {"KHR_animation_pointer": {"pointer": "/nodes/0/weights"}}
+        target = {"path": "pointer", "extensions": general}
+        gltf.json["animations"] = [{"channels": [{"sampler": 0, "target": target}]}]
+    else:
+        extension[what] = {"by": "hand"}
+    return gltf
+
+
+MORE = ["_FEATURE_ID_0", "EXT_instance_features", "extras", "weights", "pointer"]
+
+
+@pytest.mark.parametrize("what", MORE)
+def test_what_is_said_of_instances_is_not_lost_with_them(what: str) -> None:
+    asset = read(saying_more(what).glb())
+    words = f"'{'weights' if what == 'pointer' else what}' is about the instances of node 0"
+    with pytest.raises(InputError, match=words):
+        asset.patched(scattered(asset), AUTO)
+    with pytest.raises(InputError, match=words):
+        asset.ensure_writable(WritePolicy(instances="split"))
+
+
+@pytest.mark.parametrize("what", MORE)
+def test_what_is_said_of_instances_stays_where_all_agree(what: str) -> None:
+    gltf = saying_more(what)
+    asset = read(gltf.glb())
+    asset.ensure_writable(AUTO)
+
+    document, _ = chunks(asset.patched(alike(asset, gltf, CHANGE), AUTO))
+
+    assert document["nodes"] == gltf.json["nodes"]
+    assert document.get("animations") == gltf.json.get("animations")
+
+
+def skinned_instances() -> Gltf:
+    gltf = instanced()
+    attributes = gltf.json["meshes"][0]["primitives"][0]["attributes"]
+    attributes["JOINTS_0"] = gltf.accessor(np.zeros((24, 4), np.uint8))
+    attributes["WEIGHTS_0"] = gltf.accessor(np.tile(np.float32([1, 0, 0, 0]), (24, 1)))
+    gltf.json["skins"] = [{"joints": [gltf.node()]}]
+    gltf.json["nodes"][0]["skin"] = 0
+    return gltf
+
+
+def test_instances_of_a_skinned_mesh_stay_as_they_are_for_nobody_reads_them() -> None:
+    gltf = skinned_instances()
+    asset = read(gltf.glb())
+
+    written = asset.patched(scattered(asset), AUTO)
+
+    assert Code.SKIN_INSTANCES in [notice.code for notice in asset.warnings]
+    assert read(written).vertices == pytest.approx(scattered(asset), abs=1e-6)
+    assert chunks(written)[0]["nodes"] == gltf.json["nodes"]
