@@ -10,6 +10,7 @@ The rule keeps the author's shading structure and renews its directions:
 * If the stored normal pointed against that mean in the old geometry, so does the new one.
 * A group none of whose triangles moved keeps its stored normal, and so its bytes.
 * A tangent is made orthogonal to its new normal again; its handedness stays.
+* A normal or tangent that is not finite stays as it is.
 """
 
 from __future__ import annotations
@@ -82,18 +83,23 @@ def recompute_normals(
 
 def realign_tangents(
     tangents: NDArray[np.float64], normals: NDArray[np.float64]
-) -> NDArray[np.float64]:
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Make (s, 4) tangents orthogonal to (s, 3) unit normals, keeping w.
 
-    A tangent that is parallel to its normal has no direction left and stays as it is.
+    A tangent that is parallel to its normal has no direction left and stays as it is; so does one
+    that is not finite.
+
+    Returns:
+        (s, 4) tangents, and (s,) which of them are new.
     """
-    direction = tangents[:, :3]
+    direction = np.where(np.isfinite(tangents).all(axis=1, keepdims=True), tangents, 0.0)[:, :3]
     along = (direction * normals).sum(axis=1, keepdims=True)
     flat = direction - along * normals
     length = np.linalg.norm(flat, axis=1, keepdims=True)
-    keep = length <= 1e-6 * np.linalg.norm(direction, axis=1, keepdims=True)
-    unit = flat / np.where(keep, 1.0, length)
-    return np.column_stack([np.where(keep, direction, unit), tangents[:, 3]])
+    due = length > 1e-6 * np.linalg.norm(direction, axis=1, keepdims=True)
+    unit = flat / np.where(due, length, 1.0)
+    aligned = np.column_stack([np.where(due, unit, tangents[:, :3]), tangents[:, 3]])
+    return aligned, due[:, 0]
 
 
 def _group_means(

@@ -69,6 +69,8 @@ class MotionReader:
         if index is None:
             raise sampler.error(key, f"'{key}' is missing")
         accessor = self._accessors.describe(index)
+        if accessor.count == 0:
+            raise sampler.error(key, f"accessor {index} has no values; expected one at least")
         self._left -= accessor.count * accessor.columns
         if self._left < 0:
             raise sampler.error(key, f"the animations have more than {_VALUES_READ:,} values")

@@ -68,7 +68,8 @@ def write_shading(
         key = (placed.block, normal.index)
         rows = _renewed_rows(renewed, runs[key])
         tangents = decode(editor.read(tangent), tangent.normalized)[rows]
-        editor.store(tangent, rows, realign_tangents(tangents, local[key]))
+        aligned, due = realign_tangents(tangents, local[key])
+        editor.store(tangent, rows[due], aligned[due])
 
 
 def _renewed_rows(renewed: NDArray[np.bool_], run: _ShadedRun) -> NDArray[np.int64]:

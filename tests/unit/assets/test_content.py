@@ -120,6 +120,23 @@ def test_what_no_vertex_needs_is_told_and_read_as_absent(
     assert len(found.draws) == 2
 
 
+@pytest.mark.parametrize("key", ["input", "output"])
+def test_an_animation_without_keys_is_told_and_read_as_absent(key: str) -> None:
+    document = whole()
+    sampler = document.json["animations"][0]["samplers"][0]
+    empty = document.json["accessors"][sampler[key]] | {"count": 0}
+    document.json["accessors"].append(empty)
+    sampler[key] = len(document.json["accessors"]) - 1
+
+    found = content_of(document)
+
+    place = f"/animations/0/samplers/0/{key}"
+    assert [(fault.place, "has no values" in fault.words) for fault in found.faults] == [
+        (place, True)
+    ]
+    assert found.animations[0].channels == ()
+
+
 def test_a_cycle_of_unplaced_nodes_ends() -> None:
     document = whole()
     document.json["nodes"] += [{"children": [4]}, {"children": [3]}]

@@ -58,10 +58,20 @@ def test_a_broken_normal_is_left_alone():
 
 
 def test_a_tangent_turns_with_its_normal_and_keeps_its_hand():
-    tangents = realign_tangents(np.array([[1.0, 0, 0, -1]]), np.array([[-1, 0, 1]]) / np.sqrt(2))
+    normals = np.array([[-1, 0, 1]]) / np.sqrt(2)
+    tangents, due = realign_tangents(np.array([[1.0, 0, 0, -1]]), normals)
+    assert due.all()
     assert tangents[0] == pytest.approx([np.sqrt(0.5), 0, np.sqrt(0.5), -1])
 
 
 def test_a_tangent_along_its_normal_stays():
-    tangents = realign_tangents(np.array([[0.0, 0, 2, 1]]), UP[None])
+    tangents, due = realign_tangents(np.array([[0.0, 0, 2, 1]]), UP[None])
     assert tangents[0].tolist() == [0, 0, 2, 1]
+    assert not due.any()
+
+
+@pytest.mark.parametrize("broken", [[np.nan, 0, 0, 1], [np.inf, 0, 0, 1], [1, 0, 0, np.nan]])
+def test_a_tangent_that_is_not_finite_stays(broken: list[float]) -> None:
+    tangents, due = realign_tangents(np.array([broken, [1, 0, 0, 1]]), np.array([UP, UP]))
+    assert tangents[0] == pytest.approx(broken, nan_ok=True)
+    assert due.tolist() == [False, True]
