@@ -39,7 +39,8 @@ def write_result(
 def result_of(batch: BatchRecord, context: Context) -> GateRun:
     """What came of each pair of a batch that has finished, in the order in which they were sent.
 
-    Jobs that were deleted are left out.
+    A pair that was canceled before its job was entered is an error. Of jobs that were deleted
+    nothing is known; one error at the end says how many there were.
 
     Raises:
         ProblemError: there are none any more.
@@ -52,9 +53,29 @@ def result_of(batch: BatchRecord, context: Context) -> GateRun:
             kept = context.batches.judgements(batch.id, [job.id for job in jobs])
             assets += readers.map(partial(_asset, context), jobs, kept)
             after = ids[-1]
-    if not assets:
+    deleted = batch.pairs - batch.dropped - len(assets)
+    if deleted == batch.pairs:
         raise ProblemError(problem("gone", "the batch has no jobs any more"))
+    # Jobs are entered in the order of the pairs, so that what was dropped are the last of them.
+    assets += map(_dropped, range(batch.pairs - batch.dropped, batch.pairs))
+    if deleted > 0:
+        assets.append(_deleted(deleted, batch.pairs))
     return GateRun.of(assets, batch.name)
+
+
+def _dropped(index: int) -> AssetResult:
+    name = f"pairs[{index}]"  # as refusals call it: its own name went with it
+    return _without_job(name, f"{name}: the batch was canceled before the job was entered")
+
+
+def _deleted(count: int, pairs: int) -> AssetResult:
+    words = f"of {count} of the {pairs} pairs nothing is known: their jobs were deleted"
+    return _without_job("deleted pairs", words)
+
+
+def _without_job(name: str, words: str) -> AssetResult:
+    error = AssetError(kind="input", message=words)
+    return AssetResult(name=name, source=name, reference=None, seconds=0.0, error=error)
 
 
 def _asset(context: Context, job: JobRecord, kept: str | None) -> AssetResult:

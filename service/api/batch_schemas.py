@@ -91,8 +91,9 @@ class Batch(BaseModel):
         description="its jobs that have succeeded and had gates, by verdict"
     )
     verdict: BatchVerdict | None = Field(
-        description="once it is finished, the worst of its jobs; `error` where one failed or was "
-        "canceled; null where none had gates"
+        description="once it is finished, the worst of its pairs; `error` where the job of one "
+        "failed, was canceled or was deleted; `not_tested` at best where one had no gates; null "
+        "where none had"
     )
     links: BatchLinks
 
@@ -113,7 +114,7 @@ class Batch(BaseModel):
             pairs=record.pairs,
             counts=dict(counts.states),
             verdicts=dict(counts.verdicts),
-            verdict=_verdict(counts) if is_finished else None,
+            verdict=_verdict(record, counts) if is_finished else None,
             links=BatchLinks(
                 self=path,
                 jobs=f"{path}/jobs",
@@ -138,8 +139,13 @@ def batch_path(batch_id: str) -> str:
     return f"{BATCHES_PATH}/{batch_id}"
 
 
-def _verdict(counts: BatchCounts) -> BatchVerdict | None:
-    if counts.states["failed"] or counts.states["canceled"]:
+def _verdict(record: BatchRecord, counts: BatchCounts) -> BatchVerdict | None:
+    """What the result of the batch says too; only there, no gates at all are `not_tested`."""
+    if counts.states["succeeded"] < record.pairs:
         return "error"
-    order: tuple[Verdict, ...] = ("fail", "not_tested", "pass")
-    return next((verdict for verdict in order if counts.verdicts[verdict]), None)
+    judged = sum(counts.verdicts.values())
+    if not judged:
+        return None
+    if counts.verdicts["fail"]:
+        return "fail"
+    return "pass" if counts.verdicts["pass"] == record.pairs else "not_tested"

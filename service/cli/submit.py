@@ -208,6 +208,11 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
     if report is not None:
         write_together({report: run.model_dump_json(indent=2).encode() + b"\n"})
     show_run(run)
+    if len(run.assets) != sent.pairs:
+        raise InternalError(
+            f"the service tells of {len(run.assets)} of the {sent.pairs} pairs that were sent: "
+            "jobs of the batch were deleted meanwhile"
+        )
     return exit_code_of(run)
 
 

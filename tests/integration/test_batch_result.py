@@ -110,7 +110,7 @@ def test_it_needs_no_report_and_says_what_the_reports_say(
     assert check.words.startswith("worst deviation")
 
 
-def test_a_deleted_job_is_left_out_and_an_expired_one_is_an_error(
+def test_deleted_and_expired_jobs_are_errors(
     context: Context, made: tuple[JobFiles, JobFiles]
 ) -> None:
     batch = finished(context, made)
@@ -120,9 +120,39 @@ def test_a_deleted_job_is_left_out_and_an_expired_one_is_an_error(
     context.ledger.expire(second)
     result = result_of(batch, context)
 
-    assert [name for name, _ in endings(result)] == ["mug-1", "mug-2", "mug-3", "mug-4"]
-    assert endings(result)[0] == ("mug-1", "error")
+    assert [name for name, _ in endings(result)] == [
+        *("mug-1", "mug-2", "mug-3", "mug-4"),
+        "deleted pairs",
+    ]
+    assert result.counts == {"error": 2, "fail": 1, "not_tested": 0, "pass": PAIRS - 3}
+    assert result.assets[-1].error is not None
+    assert "1 of the 5 pairs" in result.assets[-1].error.message
     assert context.batches.judgements(batch.id, [first, second]) == [None, None]
+
+
+@pytest.mark.parametrize("entered", [0, 100])
+def test_a_pair_that_was_canceled_before_its_job_was_entered_is_an_error(
+    context: Context, entered: int
+) -> None:
+    pairs = 102  # of which a step enters a hundred
+    batch = BatchRecord(id=new_job_id(), created=datetime.now(UTC), pairs=pairs)
+    jobs = [
+        make_job().model_copy(update={"id": job_id, "batch": batch.id})
+        for job_id in islice(ids_in_order(), pairs)
+    ]
+    context.batches.stage(batch.id, jobs)
+    context.batches.commit(batch, capacity=pairs)
+    if entered:
+        context.batches.carry_on(batch.id)
+    context.batches.request_cancel(batch.id)
+    context.batches.carry_on(batch.id)
+
+    result = result_of(context.batches.get(batch.id), context)
+
+    assert len(result.assets) == result.counts["error"] == pairs
+    assert [name for name, _ in endings(result)][entered:] == [
+        f"pairs[{index}]" for index in range(entered, pairs)
+    ]
 
 
 def test_nothing_of_a_deleted_batch_is_left(

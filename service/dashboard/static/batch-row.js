@@ -11,7 +11,11 @@ const COUNTED = [
   ["not_tested", "not tested", ({ verdicts }) => verdicts.not_tested],
   ["canceled", "canceled", ({ counts }) => counts.canceled],
   ["pass", "pass", ({ verdicts }) => verdicts.pass],
+  ["ungated", "without gates", ({ counts, verdicts }) => counts.succeeded - total(verdicts)],
+  ["deleted", "deleted", ({ counts, pairs }) => pairs - total(counts)],
 ];
+
+const total = (counts) => Object.values(counts).reduce((sum, number) => sum + number, 0);
 
 export const isBatch = (entry) => "pairs" in entry;
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Self
 
 import pytest
 
-from meshcone.errors import InputError
+from meshcone.errors import InputError, InternalError
+from meshcone.gates.results import AssetResult, GateRun, Judgement
+from service.api.batch_schemas import Batch
 from service.cli.submit import command
+from service.client import connection
+from worker.jobs.batches import BatchCounts, BatchRecord
+from worker.jobs.records import FINAL_STATES
 
 NOBODY = "http://127.0.0.1:9"
 MUG = "https://assets.example.org/mug.glb"
@@ -79,3 +86,40 @@ def test_a_batch_that_cannot_be_sent_as_it_is_written_is_refused(
 
     with pytest.raises(InputError, match=f"night.json: .*{said}"):
         command(server=NOBODY, batch=batch)
+
+
+class Forgetful:
+    """A service that has done a batch of two pairs, and tells of one of them."""
+
+    batch = BatchRecord(id="0", created=datetime(2030, 1, 1, tzinfo=UTC), pairs=2)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def submit_batch(self, *_: object) -> Batch:
+        none = dict.fromkeys(("queued", "running", *FINAL_STATES), 0)
+        return Batch.of(self.batch, BatchCounts(none, {}))
+
+    def wait_for_batch(self, *_: object, **how: object) -> None:
+        pass
+
+    def batch_result(self, *_: object) -> GateRun:
+        verdict = Judgement.of({"gates": None, "warnings": []}).fields()
+        mug = AssetResult(name="mug", source="mug.glb", reference=None, seconds=1.0, **verdict)
+        return GateRun.of([mug])
+
+
+def test_a_pair_of_a_batch_that_nothing_is_told_of_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch, report = tmp_path / "night.json", tmp_path / "result.json"
+    batch.write_text('{"pairs": [1, 2]}')
+    monkeypatch.setattr(connection, "connect", lambda _: Forgetful())
+
+    with pytest.raises(InternalError, match="tells of 1 of the 2 pairs"):
+        command(server=NOBODY, batch=batch, report=report)
+
+    assert report.exists()
