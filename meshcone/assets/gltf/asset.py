@@ -17,6 +17,7 @@ from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.container import split_glb
 from meshcone.assets.gltf.content import read_content
 from meshcone.assets.gltf.divide import divide_primitives
+from meshcone.assets.gltf.divisible import check_vertices
 from meshcone.assets.gltf.divisions import scene_divisions
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draco.deflate import POSITION_BITS, check_encodable
@@ -238,7 +239,15 @@ class GltfAsset(Asset):
         return model.to_bytes(editor, came)
 
     def ensure_divisible(self, policy: WritePolicy | None = None) -> None:
-        """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot."""
+        """See :meth:`Asset.ensure_divisible`: every glTF can be, unless one of its parts cannot.
+
+        Without a policy nobody knows which parts: what is divided is checked when it is.
+        """
+        if policy is not None:
+            moving = Moving.of(self._model.scene, self._surface, policy)
+            with naming(self.name):
+                for primitive in moving.selected:
+                    check_vertices(primitive, self._model.accessors)
         policy = policy or WritePolicy()
         compressed = {
             "draco": policy.draco == "encode" and self._model.compressed,

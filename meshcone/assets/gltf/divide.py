@@ -10,14 +10,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
+from meshcone.assets.gltf.accessors import Accessors, decode
 from meshcone.assets.gltf.buffers import Buffers
-from meshcone.assets.gltf.divisible import check_mesh, check_primitive
+from meshcone.assets.gltf.divisible import check_mesh, check_primitive, check_vertices
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.interpolate import encoded_weights, extended, influences
 from meshcone.assets.gltf.model import Model
+from meshcone.assets.gltf.primitives import Primitive
 from meshcone.assets.gltf.scene import PlacedPrimitive
 from meshcone.assets.gltf.tables import Tables
 from meshcone.assets.weld import WeldedSurface
@@ -62,6 +63,7 @@ def divide_primitives(
     for part in parts:
         check_mesh(meshes[_mesh(part.element)])
         check_primitive(part.element)
+        check_vertices(part.primitive, model.accessors)
     draft = Draft(model.document, model.accessors.buffers, model.limits)
     tables = Tables(draft, model.document, model.accessors, [part.element for part in parts])
     pools: dict[object, list[_Part]] = defaultdict(list)
@@ -78,21 +80,24 @@ def divide_primitives(
 class _Part:
     """A primitive and how its triangles are divided, as its indices list them."""
 
-    element: Element
-    position: Accessor
-    triangles: NDArray[np.int64]
+    primitive: Primitive
     subdivision: Subdivision
+
+    @property
+    def element(self) -> Element:
+        """Where it is in the document."""
+        return self.primitive.element
 
     @cached_property
     def attributes(self) -> dict[str, int]:
         """Accessors of its vertices."""
         found = self.element.child("attributes")
-        return {} if found is None else dict(found.value)
+        return {} if found is None else _indices(found)
 
     @cached_property
     def targets(self) -> list[dict[str, int]]:
         """Accessors of its morph targets."""
-        return [dict(target.value) for target in self.element.children("targets")]
+        return [_indices(target) for target in self.element.children("targets")]
 
     @property
     def vertices(self) -> object:
@@ -157,9 +162,7 @@ def _part(
     row_of_face[faces[faces >= 0]] = np.flatnonzero(faces >= 0)
     mine = subdivision.renumbered(row_of_face, len(primitive.triangles))
     return _Part(
-        primitive.element,
-        primitive.position,
-        primitive.triangles,
+        primitive,
         mine.mirrored() if mirrored else mine,
     )
 
@@ -173,8 +176,8 @@ class _Pool:
 
     def write(self, draft: Draft) -> float:
         """Write vertices and indices; return the largest share of skin weights that was lost."""
-        count = self._parts[0].position.count
-        triangles = np.concatenate([part.triangles for part in self._parts])
+        count = self._parts[0].primitive.position.count
+        triangles = np.concatenate([part.primitive.triangles for part in self._parts])
         divided = _together([part.subdivision for part in self._parts]).over(triangles, count)
         first = self._parts[0]
         attributes = dict(self._written(first.attributes, divided, morphs=False))
@@ -253,6 +256,11 @@ def _path(primitive: Element) -> tuple[str | int, ...]:
     """Where a primitive is in the document."""
     _, meshes, mesh, primitives, number = primitive.pointer.split("/")
     return meshes, int(mesh), primitives, int(number)
+
+
+def _indices(named: Element) -> dict[str, int]:
+    """Accessors by name; a whole number may be written as 3.0."""
+    return {name: int(index) for name, index in named.value.items()}
 
 
 def _mesh(primitive: Element) -> int:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.primitives import Primitive
 from meshcone.errors import InputError
 
 # What these extensions say of a primitive is true of it divided.
@@ -14,6 +16,9 @@ _INDIFFERENT = {
 }
 # What these say of a mesh is: of its author, or of the object that it is.
 _INDIFFERENT_OF_MESHES = {"KHR_xmp", "KHR_xmp_json_ld", "MOZ_hubs_components"}
+
+# What attributes of vertices must be, by how their names begin, to have values between two.
+_KINDS = {"NORMAL": "VEC3", "TANGENT": "VEC4", "JOINTS_": "VEC4", "WEIGHTS_": "VEC4"}
 
 
 def check_mesh(mesh: Element) -> None:
@@ -46,6 +51,35 @@ def check_primitive(primitive: Element) -> None:
             "property attributes have a value for each vertex, and new vertices have none",
             place=metadata.place("propertyAttributes"),
         )
+
+
+def check_vertices(primitive: Primitive, accessors: Accessors) -> None:
+    """Check that every vertex of a primitive has each attribute, those that nobody reads too.
+
+    Raises:
+        InputError: naming an accessor with more or fewer of them, or of another type.
+    """
+    count = primitive.position.count
+    attributes = primitive.element.child("attributes")
+    targets = primitive.element.children("targets")
+    for holder in (*([attributes] if attributes is not None else []), *targets):
+        for name in holder.value:
+            index = holder.reference(name, len(accessors.elements), "accessor")
+            if index is None:
+                continue
+            accessor = accessors.describe(index)
+            if accessor.count != count:
+                raise accessor.element.error(
+                    "count",
+                    f"{accessor.count:,} of {name[:80]} for {count:,} positions; faces can be "
+                    "divided where every vertex has one",
+                )
+            kinds = [kind for start, kind in _KINDS.items() if name.startswith(start)]
+            expected = kinds[0] if kinds and holder is attributes else accessor.kind
+            if accessor.kind != expected:
+                raise accessor.element.error(
+                    "type", f"{name[:80]} must be {expected}, found {accessor.kind}"
+                )
 
 
 def _check_extensions(element: Element, indifferent: set[str]) -> None:

@@ -53,13 +53,15 @@ def extended(
     if not (name.startswith(_LINEAR) or name in ("NORMAL", "TANGENT")):
         return _apart(name, accessor, stored, points)
     values = decode(stored, accessor.normalized)
-    between = points.interpolated(values)
+    between = _between(values, points)
     if not morphs and name in ("NORMAL", "TANGENT"):
         between[:, :3] = _directions(between[:, :3], values[points.corners[:, 0], :3])
     if not morphs and name == "TANGENT":
         between[:, 3] = _signs(accessor, values, points)
     if stored.dtype.kind != "f" and name.startswith(_AS_FLOATS):
         return np.concatenate([values, between]).astype("<f4")
+    if stored.dtype.kind == "f":
+        return np.concatenate([stored, between.astype(stored.dtype)])
     new = encode(between, accessor.component, accessor.normalized)
     assert new is not None  # noqa: S101 - it lies between values that are stored so
     return np.concatenate([stored, new])
@@ -82,7 +84,8 @@ def influences(
     room = joints.shape[1]
     shares = points.weights / 2.0**points.exponent
     found = joints[points.corners].reshape(len(shares), 3 * room)
-    heavy = (weights[points.corners] * shares[:, :, None]).reshape(found.shape)
+    with np.errstate(invalid="ignore"):  # none where one is not finite
+        heavy = (weights[points.corners] * shares[:, :, None]).reshape(found.shape)
     order = np.argsort(found, axis=1, kind="stable")
     found = np.take_along_axis(found, order, axis=1)
     heavy = np.take_along_axis(heavy, order, axis=1)
@@ -109,11 +112,18 @@ def encoded_weights(weights: NDArray[np.float64], component: np.dtype[Any]) -> N
     return steps.astype(component)
 
 
+def _between(values: NDArray[np.float64], points: DividedFaces) -> NDArray[np.float64]:
+    """(k, c) what lies between values (n, c): no number where one of them is not finite."""
+    with np.errstate(invalid="ignore"):
+        return points.interpolated(values)
+
+
 def _directions(between: NDArray[np.float64], first: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Scale directions (k, 3) to unit length; where they cancel out, take those of a vertex."""
+    """Scale directions (k, 3) to unit length; where there is none, take those of a vertex."""
     lengths = np.linalg.norm(between, axis=1, keepdims=True)
-    known = lengths > _SHORTEST
-    return np.asarray(np.where(known, between / np.where(known, lengths, 1.0), first))
+    known = (lengths > _SHORTEST) & np.isfinite(lengths)
+    unit = np.where(known, between, 0.0) / np.where(known, lengths, 1.0)
+    return np.asarray(np.where(known, unit, first))
 
 
 def _signs(
@@ -121,7 +131,9 @@ def _signs(
 ) -> NDArray[np.float64]:
     """The handedness (k,) of tangents, which all vertices beside a new one must agree on."""
     signs = values[points.corners, 3]
-    if (signs != signs[:, :1]).any():
+    known = np.isfinite(signs)
+    least, most = np.where(known, signs, np.inf), np.where(known, signs, -np.inf)
+    if (least.min(axis=1) < most.max(axis=1)).any():
         raise InputError(
             "TANGENT has different signs at the ends of an edge to divide: split the vertices "
             "where texture coordinates are mirrored",
@@ -135,7 +147,8 @@ def _apart(
 ) -> NDArray[Any]:
     """Append values of an attribute of the application's own: numbers, or identifiers."""
     around = stored[points.corners]
-    if (around == around[:, :1]).all():
+    first = around[:, :1]
+    if ((around == first) | ((around != around) & (first != first))).all():  # NaN is not itself
         return np.concatenate([stored, around[:, 0]])
     identifies = name.startswith(("_FEATURE_ID", "_BATCHID")) or stored.dtype.kind != "f"
     if identifies:
@@ -143,4 +156,5 @@ def _apart(
             f"{name[:40]} differs along an edge to divide, and no identifier lies between two",
             place=accessor.element.pointer,
         )
-    return np.concatenate([stored, points.interpolated(stored.astype(np.float64)).astype("<f4")])
+    between = _between(decode(stored, accessor.normalized), points)
+    return np.concatenate([stored, between.astype("<f4")])

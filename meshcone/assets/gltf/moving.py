@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.gltf.accessors import Accessor
+from meshcone.assets.gltf.primitives import Primitive
 from meshcone.assets.gltf.scene import Block, PlacedPrimitive, Scene
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.weld import WeldedSurface
@@ -75,6 +76,13 @@ class Moving:
         """Primitives over such a block."""
         blocks = [self.moves(block) for block in self.scene.blocks]
         return [placed for placed in self.scene.primitives if blocks[placed.block]]
+
+    @property
+    def selected(self) -> list[Primitive]:
+        """Primitives of the file with a face that is selected."""
+        placed = zip(self.scene.primitives, self.shaded.tolist(), strict=True)
+        chosen = [each.primitive for each, selected in placed if selected]
+        return list({each.element.pointer: each for each in chosen}.values())
 
     def written(self) -> Iterator[tuple[PlacedPrimitive, str, Accessor]]:
         """Every accessor that is written, with a primitive it belongs to and its attribute."""
