@@ -43,6 +43,8 @@ def from_trimesh(mesh: Any, name: str) -> _Parts:
     """
     import trimesh
 
+    if isinstance(mesh, trimesh.primitives.Primitive):  # whose vertices cannot be moved
+        mesh = mesh.to_mesh(visual=mesh.visual.copy())
     if isinstance(mesh, trimesh.Trimesh):
         points, corners = _checked(mesh.vertices, mesh.faces, name)
         if not mesh.visual.defined:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -58,19 +57,19 @@ class LoadedMesh(MeshFile):
 
     @cached_property
     def scene(self) -> trimesh.Scene:
-        """All geometries of the file, read by trimesh, with materials and textures."""
+        """All geometries of the file, read by trimesh, with materials and textures.
+
+        Where trimesh finds other triangles than the engine, it has the engine's.
+        """
         import trimesh
+
+        from meshcone.library.trimeshes import scene_of
 
         if self.given is not None:
             return trimesh.Scene(self.mesh)
         asset = self._asset()
-        return trimesh.load_scene(
-            io.BytesIO(asset.file.data),
-            file_type=asset.format,
-            resolver=_Beside(asset.file.resources, None if asset.packed else self.path),
-            process=False,
-            maintain_order=True,
-        )
+        beside = _Beside(asset.file.resources, None if asset.packed else self.path)
+        return scene_of(asset, beside)
 
     @cached_property
     def mesh(self) -> trimesh.Trimesh:
@@ -78,12 +77,23 @@ class LoadedMesh(MeshFile):
 
         A mesh that was given as a ``Trimesh`` or as arrays has its vertices and faces in the order
         they were given.
+
+        Raises:
+            InputError: the file has points alone.
         """
-        if self.given is None:
-            return self.scene.to_mesh()
-        mesh = self.given.copy()
-        mesh.vertices = self._asset().positions
-        return mesh
+        import trimesh
+
+        if self.given is not None:
+            mesh = self.given.copy()
+            mesh.vertices = self._asset().positions.copy()
+            return mesh
+        parts = self.scene.geometry.values()
+        if parts and all(isinstance(each, trimesh.PointCloud) for each in parts):
+            raise InputError(
+                "it has points and no faces: `scene` has them as a trimesh.PointCloud",
+                file=self.name,
+            )
+        return self.scene.to_mesh()
 
     def files(self) -> list[Path]:
         """The files on this machine that were read for it."""

@@ -125,7 +125,10 @@ class Refined(MeshHolder):
     def file(self) -> LoadedMesh:
         """The refined file, with the source's resources."""
         source = self.source
-        return LoadedMesh(self.name, self.data, source.resources, source.path, source.given)
+        detail = self.report.detail
+        # With added faces it has other vertices and faces than those that were given.
+        given = source.given if detail is None or not detail.divided else None
+        return LoadedMesh(self.name, self.data, source.resources, source.path, given)
 
     @property
     def mesh(self) -> trimesh.Trimesh:

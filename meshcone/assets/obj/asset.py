@@ -17,6 +17,7 @@ from meshcone.assets.obj.divide import divided_obj
 from meshcone.assets.obj.divisions import face_divisions
 from meshcone.assets.obj.faces import ObjFaces, read_faces
 from meshcone.assets.obj.numbers import read_normals, read_positions
+from meshcone.assets.obj.plain import plain_obj
 from meshcone.assets.obj.regions import face_regions
 from meshcone.assets.obj.scan import ObjLines, count_lines, scan_lines
 from meshcone.assets.obj.write import number_style, replaced_vectors
@@ -106,6 +107,12 @@ class ObjAsset(Asset):
             texcoords=self._corner_texcoords,
             normals=self._corner_normals,
         )
+
+    def plain(self) -> bytes:
+        """What the file draws, as triangles in words that every reader takes alike."""
+        libraries = self.content().libraries
+        library = next((name for name, sent in libraries.items() if sent), None)
+        return plain_obj(scan_lines(self._data), self._drawn(), self.positions, library)
 
     def _divisions(self) -> dict[str, Division]:
         return face_divisions(scan_lines(self._data), self._statements[self._surface.kept])

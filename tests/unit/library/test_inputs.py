@@ -11,6 +11,7 @@ import trimesh
 
 import meshcone
 from meshcone.errors import ArgumentError, InputError
+from meshcone.files import MeshFile
 from tests import shapes
 from tests.unit.library.meshes import FACES, ROUGH, rough
 
@@ -95,6 +96,73 @@ def test_colours_far_from_the_origin_are_refused_for_single_precision_would_tear
 
     with pytest.raises(InputError, match="move the mesh to the origin, or leave out its materials"):
         meshcone.load(mesh)
+
+
+def test_a_primitive_is_a_mesh_like_others() -> None:
+    mesh = meshcone.load(trimesh.primitives.Box()).mesh
+
+    mesh.vertices += 1
+    assert mesh.area == 6
+
+
+DART = b"v 0 0 0\nv 2 1 0\nv 0 2 0\nv 1 1 0\nf 1 2 3 4\n"
+STRIP = (
+    b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    b"property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+    b"element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    b"0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n1 1 0 9 9 9\n4 0 1 2 3\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "faces", "area"),
+    [
+        ("concave.obj", DART, 2, 1),
+        ("tabs.obj", DART.replace(b" ", b"\t"), 2, 1),
+        ("mark.obj", b"\xef\xbb\xbf" + DART, 2, 1),
+        ("returns.obj", DART.replace(b"\n", b"\r"), 2, 1),
+        ("strip.ply", STRIP, 2, 1),
+        ("concave.off", b"OFF\n4 1 0\n0 0 0\n2 1 0\n0 2 0\n1 1 0\n4 0 1 2 3\n", 2, 1),
+    ],
+)
+def test_the_mesh_has_the_triangles_that_the_engine_has(
+    name: str, data: bytes, faces: int, area: float
+) -> None:
+    mesh = meshcone.load((name, data)).mesh
+
+    assert len(mesh.faces) == faces
+    assert mesh.area == pytest.approx(area)
+
+
+def test_materials_and_texture_coordinates_stay_where_triangles_are_the_engines() -> None:
+    painted = b"mtllib a.mtl\nusemtl wood\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n" + DART
+    painted = painted.replace(b"f 1 2 3 4", b"f 1/1 2/2 3/3 4/4")
+    library = b"newmtl wood\nKd 1 0 0\n"
+
+    mesh = meshcone.load(MeshFile("a.obj", painted, {"a.mtl": library})).mesh
+
+    assert mesh.area == pytest.approx(1)
+    assert mesh.visual.uv.tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]
+    assert mesh.visual.material.diffuse.tolist() == [255, 0, 0, 255]
+
+
+def test_colours_of_vertices_stay_where_triangles_are_the_engines() -> None:
+    mesh = meshcone.load(("strip.ply", STRIP)).mesh
+
+    assert mesh.visual.vertex_colors[:, :3].tolist() == [
+        *([255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]),
+    ]
+
+
+@pytest.mark.parametrize("separator", [b" ", b","])
+def test_points_without_faces_are_a_cloud_of_the_scene_and_no_mesh(separator: bytes) -> None:
+    points = b"0 0 0\n1 0 0\n0 1 0\n0 0 1\n".replace(b" ", separator)
+    loaded = meshcone.load(("scan.xyz", points))
+
+    [cloud] = loaded.scene.geometry.values()
+    assert np.allclose(cloud.vertices, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    with pytest.raises(InputError, match="points and no faces: `scene` has them"):
+        _ = loaded.mesh
 
 
 def test_its_repr_is_short() -> None:

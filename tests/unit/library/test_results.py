@@ -44,6 +44,15 @@ def test_the_mesh_is_that_of_the_file_with_the_order_of_the_arrays(
     assert abs(result.mesh.vertices - ROUGH).max() > 0.01
 
 
+def test_the_mesh_has_the_faces_that_detail_has_added() -> None:
+    finer = meshcone.refine(rough(), shapes.sphere(3), effort="fast", detail={"growth": 2})
+
+    assert finer.report.detail is not None
+    for mesh in (finer.mesh, finer.scene.to_mesh(), meshcone.load(finer).mesh):
+        assert len(mesh.faces) == finer.report.detail.faces_after > len(FACES)
+        assert mesh.is_watertight
+
+
 def test_report_and_certificate_are_the_engines(result: meshcone.Refined) -> None:
     assert result.report.outcome == "improved"
     assert result.report.output.name == result.name == "source.refined.obj"
