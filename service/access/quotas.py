@@ -46,12 +46,28 @@ return {1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due -
 """
 
 # KEYS of what follows: the key's jobs by the time they were let in; its bytes of the day; what
-# is reserved for requests under way, by job: 'BYTES/END OF THE DAY THEY COUNT IN/TIME'.
+# is reserved for requests under way, by job: 'BYTES/END OF THE DAY THEY COUNT IN/TIME'; its batches
+# not all of whose jobs are entered. Entering one counts it among the jobs, in the same step.
 _ACCOUNT = """
 local time = tonumber(redis.call('TIME')[1])
 
 local function is_known(id)
   return redis.call('EXISTS', 'meshcone:job:' .. id, 'meshcone:batch:' .. id) > 0
+end
+
+local function entry_of(id)
+  return 'meshcone:batch:' .. id .. ':entry'
+end
+
+-- How many jobs of its batches are not entered yet; a batch without any is done with.
+local function not_entered()
+  local sum = 0
+  for _, id in ipairs(redis.call('SMEMBERS', KEYS[4])) do
+    local left = redis.call('LLEN', entry_of(id))
+    if left == 0 then redis.call('SREM', KEYS[4], id) end
+    sum = sum + left
+  end
+  return sum
 end
 
 local function reservation(text)
@@ -60,14 +76,20 @@ local function reservation(text)
 end
 
 local function count(id, bytes, day_length)
-  redis.call('ZADD', KEYS[1], time, id)
-  redis.call('EXPIRE', KEYS[1], 30 * day_length)
+  if redis.call('EXISTS', entry_of(id)) == 1 then
+    redis.call('SADD', KEYS[4], id)
+    redis.call('EXPIRE', KEYS[4], 30 * day_length)
+  elseif redis.call('EXISTS', 'meshcone:batch:' .. id) == 0 then
+    redis.call('ZADD', KEYS[1], time, id)
+    redis.call('EXPIRE', KEYS[1], 30 * day_length)
+  end
   redis.call('INCRBY', KEYS[2], bytes)
   redis.call('EXPIRE', KEYS[2], day_length, 'NX')
 end
 
 local function give_back(id, bytes, day)
   redis.call('ZREM', KEYS[1], id)
+  redis.call('SREM', KEYS[4], id)
   if redis.call('EXPIRETIME', KEYS[2]) == day then redis.call('DECRBY', KEYS[2], bytes) end
 end
 """
@@ -75,9 +97,8 @@ end
 _RESERVE = (
     _ACCOUNT
     + """
--- ARGV: id of a job or batch, bytes, jobs allowed, bytes allowed (0 for any number), day in
---       seconds, seconds after which a reservation is looked into, jobs that it is or has
-local more = tonumber(ARGV[7])
+-- ARGV: id of a job or of a staged batch, bytes, jobs allowed, bytes allowed (0 for any number),
+--       day in seconds, seconds after which a reservation is looked into, jobs that it is or has
 local jobs, bytes, day_length = tonumber(ARGV[3]), tonumber(ARGV[4]), tonumber(ARGV[5])
 local overdue = time - tonumber(ARGV[6])
 if redis.call('HEXISTS', KEYS[3], ARGV[1]) == 1 then return {'', 0} end  -- its answer was lost
@@ -93,14 +114,17 @@ for index = 1, #reserved, 2 do
     redis.call('HSET', KEYS[3], id, string.format('0/%d/%d', day, since))
   end
 end
+local more = not_entered() + tonumber(ARGV[7])
 if jobs > 0 and redis.call('ZCARD', KEYS[1]) + more > jobs then
   -- The ledger says what became of them: a count of our own could drift from it.
   for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, -1)) do
     local state = redis.call('HGET', 'meshcone:job:' .. id, 'state')
-    local lost = not state and tonumber(redis.call('ZSCORE', KEYS[1], id)) < overdue
-    if lost or (state and state ~= 'queued' and state ~= 'running') then
-      redis.call('ZREM', KEYS[1], id)
+    local is_active = state == 'queued' or state == 'running'
+    if not state then  -- not known yet, or deleted
+      is_active = redis.call('HEXISTS', KEYS[3], id) == 1
+          and tonumber(redis.call('ZSCORE', KEYS[1], id)) >= overdue
     end
+    if not is_active then redis.call('ZREM', KEYS[1], id) end
   end
   if redis.call('ZCARD', KEYS[1]) + more > jobs then return {'jobs', 0} end
 end
@@ -209,7 +233,7 @@ class _Account:
     daily_bytes: int
 
     def keys(self) -> list[str]:
-        return [f"{self.place}:{part}" for part in ("jobs", "bytes", "reserved")]
+        return [f"{self.place}:{part}" for part in ("jobs", "bytes", "reserved", "batches")]
 
 
 class JobQuotas:
@@ -226,7 +250,7 @@ class JobQuotas:
         self._settings = settings
 
     def reserve(self, key: ApiKey, job_id: str, size: int, jobs: int = 1) -> None:
-        """Let a job, or a batch of jobs, of ``size`` bytes in, before it is known.
+        """Let a job, or a staged batch of jobs, of ``size`` bytes in, before it is known.
 
         :meth:`settle` has to follow. Where it does not, because its process has died, the
         reservation is settled by the key's next request that comes a minute later.

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,8 @@ from service.settings import ServiceSettings
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
-from worker.jobs.identifiers import new_job_id
+from worker.jobs.batches import Batches, BatchRecord
+from worker.jobs.identifiers import ids_in_order, new_job_id
 from worker.jobs.ledger import Ledger
 
 
@@ -55,6 +57,76 @@ def test_a_place_is_free_again_when_its_job_has_ended(
     assert refusal.value.problem.status == 429
     assert refusal.value.headers is not None
     assert int(refusal.value.headers["Retry-After"]) >= 1
+
+
+def test_a_place_is_free_again_when_its_job_is_deleted(
+    store: KeyStore, quotas: JobQuotas, ledger: Ledger
+) -> None:
+    key, job = store.create("small", ["submit"], Quota(active_jobs=1)).key, make_job()
+    quotas.reserve(key, job.id, 1)
+    ledger.create(job)
+    quotas.settle(key, job.id, 1)
+
+    ledger.cancel(job.id)
+    ledger.delete(job.id)
+
+    quotas.reserve(key, new_job_id(), 1)
+
+
+def let_in(batches: Batches, quotas: JobQuotas, key: ApiKey, pairs: int) -> BatchRecord:
+    """A batch of a key that is accepted; none of its jobs is entered yet."""
+    batch = BatchRecord(
+        id=new_job_id(), created=datetime.now(UTC), pairs=pairs, accounts=quotas.places(key)
+    )
+    jobs = islice(ids_in_order(), pairs)
+    batches.stage(
+        batch.id, [make_job().model_copy(update={"id": job, "batch": batch.id}) for job in jobs]
+    )
+    quotas.reserve(key, batch.id, 0, pairs)
+    batches.commit(batch, capacity=1000)
+    quotas.settle(key, batch.id, 0)
+    return batch
+
+
+def test_a_batch_counts_with_all_of_its_jobs_however_many_are_entered(
+    store: KeyStore, quotas: JobQuotas, batches: Batches
+) -> None:
+    key = store.create("small", ["submit"], Quota(active_jobs=160)).key
+    batch = let_in(batches, quotas, key, 150)
+
+    for _ in range(3):  # none are entered, a hundred, all
+        with pytest.raises(ProblemError, match="the batch has 11 jobs"):
+            let_in(batches, quotas, key, 11)
+        batches.carry_on(batch.id)
+
+    let_in(batches, quotas, key, 10)
+
+
+def test_the_places_of_a_batch_are_free_again_when_its_jobs_have_ended(
+    store: KeyStore, quotas: JobQuotas, batches: Batches, ledger: Ledger
+) -> None:
+    key = store.create("small", ["submit"], Quota(active_jobs=1)).key
+    batch = let_in(batches, quotas, key, 1)
+    batches.carry_on(batch.id)
+
+    [job_id] = batches.job_ids(batch.id)
+    ledger.cancel(job_id)
+
+    let_in(batches, quotas, key, 1)
+
+
+def test_what_is_staged_of_a_batch_that_never_came_takes_no_place_when_it_has_gone(
+    store: KeyStore, quotas: JobQuotas, batches: Batches, redis: Redis
+) -> None:
+    key, lost = store.create("small", ["submit"], Quota(active_jobs=1)).key, new_job_id()
+    batches.stage(lost, [make_job()])
+    quotas.reserve(key, lost, 0)  # and then its process died
+
+    with pytest.raises(ProblemError):
+        quotas.reserve(key, new_job_id(), 0)
+    redis.delete(f"meshcone:batch:{lost}:entry")  # as when its time is over
+
+    quotas.reserve(key, new_job_id(), 0)
 
 
 def test_a_place_kept_for_a_job_that_never_came_is_not_lost(
