@@ -24,11 +24,13 @@ from meshcone.auditing.contents import (
     meshes,
     named,
     nodes,
+    parts,
     skins,
     targets,
     tracks,
     uv_layouts,
 )
+from meshcone.auditing.parts import Parts
 from meshcone.auditing.records.changes import (
     ROWS_KEPT,
     Change,
@@ -36,6 +38,7 @@ from meshcone.auditing.records.changes import (
     ChangeKind,
     Changes,
 )
+from meshcone.surface.arrays import Floats
 
 _SHOWN = 80  # characters of a name
 _SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "extras": "extra data"}
@@ -43,12 +46,18 @@ _SINGULARS = {"meshes": "mesh", "libraries": "library", "uv_sets": "UV set", "ex
 T = TypeVar("T")
 
 
-def changes_between(reference: Asset, source: Asset) -> Changes:
-    """Compare what two files hold."""
+def changes_between(reference: Asset, source: Asset, moved: Floats | None = None) -> Changes:
+    """Compare what two files hold.
+
+    Args:
+        reference: the one.
+        source: the other.
+        moved: (4, 4) what brings the source to the reference, if it was brought there.
+    """
     kinds: tuple[ChangeKind, ...] = get_args(ChangeKind)
     counts: dict[ChangeKind, Counter[str]] = {kind: Counter() for kind in kinds}
     rows: list[Change] = []
-    for change in _differences(reference, source):
+    for change in _differences(reference, source, moved):
         counts[change.kind][change.what] += 1
         if len(rows) < ROWS_KEPT:
             rows.append(change)
@@ -56,7 +65,7 @@ def changes_between(reference: Asset, source: Asset) -> Changes:
     return Changes.model_validate({**found, "rows": rows})
 
 
-def _differences(reference: Asset, source: Asset) -> Iterator[Change]:
+def _differences(reference: Asset, source: Asset, moved: Floats | None) -> Iterator[Change]:
     old, new = reference.content(), source.content()
 
     def both(read: Callable[[Content], Mapping[str, T]]) -> tuple[Mapping[str, T], Mapping[str, T]]:
@@ -67,14 +76,17 @@ def _differences(reference: Asset, source: Asset) -> Iterator[Change]:
     yield from _listed("nodes", old_nodes, new_nodes)
     yield from _moves(old_nodes, new_nodes)
     yield from _described("meshes", *both(meshes))
+    held = parts(reference, old), parts(source, new, moved)
+    painted = held[0].painted, held[1].painted
+    yield from _otherwise("meshes", "has its materials elsewhere", *painted)
     yield from _described("materials", *both(materials), can_be_renamed=True)
     yield from _listed("libraries", *both(lambda content: content.libraries))
     yield from _listed("images", *both(images))
-    yield from _listed("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")))
+    yield from _carried("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")), held)
     yield from _otherwise("uv_sets", "lies otherwise in its texture", *both(uv_layouts))
-    yield from _listed("color_sets", *both(lambda content: attributes(content, "COLOR_")))
-    yield from _listed("attributes", *both(lambda content: attributes(content, None)))
-    yield from _listed("morph_targets", *both(targets))
+    yield from _carried("color_sets", *both(lambda content: attributes(content, "COLOR_")), held)
+    yield from _carried("attributes", *both(lambda content: attributes(content, None)), held)
+    yield from _carried("morph_targets", *both(targets), held)
     yield from _described("skins", *both(skins))
     bound = followers(reference, old), followers(source, new)
     yield from _otherwise("skins", "moves another part", *bound)
@@ -93,6 +105,26 @@ def _listed(what: str, reference: Mapping[str, T], source: Mapping[str, T]) -> I
         yield _change("lost", what, name, "is missing", before=name)
     for name in [each for each in source if each not in reference]:
         yield _change("added", what, name, "is new", after=name)
+
+
+def _carried(
+    what: str,
+    reference: Mapping[str, tuple[str, str]],
+    source: Mapping[str, tuple[str, str]],
+    held: tuple[Parts, Parts],
+) -> Iterator[Change]:
+    """What is in one of two files only, or on more of a mesh there."""
+    yield from _listed(what, reference, source)
+    for name in [each for each in reference if each in source]:
+        old, new = held[0].carried(*reference[name]), held[1].carried(*source[name])
+        if old is None or new is None:
+            continue
+        alike = held[0].painted_alike(held[1], reference[name][0])
+        if (words := new.less_than(old, painted_alike=alike)) is not None:
+            yield _change("lost", what, name, f"is on {words}", before=name, after=words)
+        if (words := old.less_than(new, painted_alike=alike)) is not None:
+            told = f"is new on a part; the reference has it on {words}"
+            yield _change("added", what, name, told, before=words, after=name)
 
 
 def _described(

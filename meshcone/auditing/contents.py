@@ -15,6 +15,7 @@ from meshcone.assets import Asset
 from meshcone.assets.content import Animation, Channel, Content, Fitting, Material, TextureUse
 from meshcone.auditing.bindings import Binding, bindings
 from meshcone.auditing.layout import Layout, layouts
+from meshcone.auditing.parts import DEFAULT, Parts, target_called
 from meshcone.auditing.tracks import Track
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry
@@ -131,8 +132,10 @@ def _axes_and_sizes(
 def meshes(content: Content) -> dict[str, Fact]:
     """Meshes, with the materials they are drawn with."""
     facts = []
+    called = _keys([each.name for each in content.materials])
     for mesh in content.meshes:
-        used = {_material_name(content, primitive.material) for primitive in mesh.primitives}
+        numbers = {primitive.material for primitive in mesh.primitives}
+        used = {DEFAULT if number is None else called[number] for number in numbers}
         facts.append(Fact({"materials": ", ".join(sorted(used))}))
     return dict(zip(_keys([mesh.name for mesh in content.meshes]), facts, strict=True))
 
@@ -153,8 +156,8 @@ def images(content: Content) -> dict[str, str]:
     return found
 
 
-def attributes(content: Content, prefix: str | None) -> dict[str, str]:
-    """Attributes that some primitive of a mesh has: ``mesh: NAME``.
+def attributes(content: Content, prefix: str | None) -> dict[str, tuple[str, str]]:
+    """Attributes that some primitive of a mesh has: ``mesh: NAME``, each as mesh and name.
 
     Args:
         content: of a file.
@@ -163,7 +166,7 @@ def attributes(content: Content, prefix: str | None) -> dict[str, str]:
     keys = _keys([mesh.name for mesh in content.meshes])
     others = ("POSITION", "TEXCOORD_", "COLOR_")
     return {
-        f"{key}: {name}": name
+        f"{key}: {name}": (key, name)
         for key, mesh in zip(keys, content.meshes, strict=True)
         for primitive in mesh.primitives
         for name in primitive.attributes
@@ -171,20 +174,26 @@ def attributes(content: Content, prefix: str | None) -> dict[str, str]:
     }
 
 
+def parts(asset: Asset, content: Content, moved: NDArray[np.float64] | None = None) -> Parts:
+    """Where each mesh has its materials and attributes; see :class:`Parts`."""
+    called = _keys([each.name for each in content.materials])
+    return Parts(asset, content, _keys([mesh.name for mesh in content.meshes]), called, moved)
+
+
 def uv_layouts(content: Content) -> dict[str, Layout]:
     """Where the sets of texture coordinates lie: ``mesh: NAME``."""
     return layouts(content, _keys([mesh.name for mesh in content.meshes]))
 
 
-def targets(content: Content) -> dict[str, str]:
-    """Morph targets: ``mesh: NAME``, or the target's number."""
+def targets(content: Content) -> dict[str, tuple[str, str]]:
+    """Morph targets: ``mesh: NAME``, or the target's number; each as mesh and number."""
     found = {}
     for key, mesh in zip(_keys([m.name for m in content.meshes]), content.meshes, strict=True):
         count = max((primitive.targets for primitive in mesh.primitives), default=0)
         for number in range(count):
             known = number < len(mesh.target_names)
-            name = mesh.target_names[number] if known else f"target {number}"
-            found[f"{key}: {name}"] = name
+            name = mesh.target_names[number] if known else target_called(number)
+            found[f"{key}: {name}"] = (key, target_called(number))
     return found
 
 
@@ -236,10 +245,6 @@ def _keys(names: Sequence[str]) -> list[str]:
         count = seen[name] = seen.get(name, 0) + 1
         keys.append(name if name and count == 1 else f"{name}#{count}")
     return keys
-
-
-def _material_name(content: Content, material: int | None) -> str:
-    return "the default" if material is None else content.materials[material].name
 
 
 def _material(material: Material, digests: Sequence[str]) -> Fact:

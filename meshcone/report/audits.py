@@ -15,6 +15,7 @@ from meshcone.options import Options
 from meshcone.quality.records import Validity
 from meshcone.report.asset_checks import asset_warnings
 from meshcone.report.report import Audits
+from meshcone.surface.alignment import Alignment
 
 
 @dataclass(frozen=True)
@@ -25,11 +26,13 @@ class Audited:
         file: as sent, or as written.
         asset: the same, as read.
         validity: what was counted on its surface.
+        alignment: what brings it to the reference, if it was brought there.
     """
 
     file: MeshFile
     asset: Asset
     validity: Validity
+    alignment: Alignment | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,8 @@ def audited(
         return Findings(asset, None, Told(told))
     assert asset.reference is not None  # noqa: S101 - it was audited above
     told += _told("reference", reference, asset.reference)
-    changes = changes_between(reference.asset, source.asset)
+    moved = None if source.alignment is None else source.alignment.matrix
+    changes = changes_between(reference.asset, source.asset, moved)
     return Findings(asset, changes, Told(told))
 
 

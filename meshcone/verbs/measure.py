@@ -75,7 +75,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         found = (
             audited(
                 options,
-                Audited(source, pair.source_asset, quality.input.validity),
+                Audited(source, pair.source_asset, quality.input.validity, pair.alignment),
                 Audited(reference, pair.reference_asset, quality.floor.validity),
             )
             if options.audit

@@ -248,7 +248,7 @@ def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
     file = MeshFile(written.record.name, written.data, pair.source_file.resources)
     found = audited(
         report.options,
-        Audited(pair.source_file, pair.source_asset, report.inputs.source.validity),
+        Audited(pair.source_file, pair.source_asset, report.inputs.source.validity, pair.alignment),
         Audited(pair.reference_file, pair.reference_asset, report.quality.floor.validity),
         Audited(file, written.asset, refined.validity),
     )

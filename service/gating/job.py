@@ -57,11 +57,13 @@ class GateJob:
     def at_least_cost(self) -> GateJob:
         """The same job as an audit, where all its gates are about what an audit says.
 
-        Measuring takes several times as long and leaves that as it is.
+        Measuring takes several times as long and leaves that as it is, unless it brings the source
+        to the reference first, which says where on a mesh its materials are.
         """
         of_audit = all(key.startswith(_OF_AUDIT) for key in self.options.gates)
         asks = self.options.gates or self.options.keep
-        if self.options.mode != "measure" or not (asks and of_audit):
+        unmoved = self.options.align == "none"
+        if self.options.mode != "measure" or not (asks and of_audit and unmoved):
             return self
         return replace(self, options=self.options.model_copy(update={"mode": "audit"}))
 

@@ -30,7 +30,7 @@ class ChangeCounts(Section):
 
     scenes: int = Field(0, description="scenes")
     nodes: int = Field(0, description="nodes, with where they are")
-    meshes: int = Field(0, description="meshes, with the materials they have")
+    meshes: int = Field(0, description="meshes, with the materials they have and where")
     materials: int = Field(0, description="materials, with their factors and textures")
     libraries: int = Field(0, description="material libraries of an OBJ")
     images: int = Field(0, description="images, by their content")

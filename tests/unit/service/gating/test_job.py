@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from meshcone.gates.results import AssetResult
-from meshcone.options import Options
+from meshcone.options import Options, parse_options
 from service.gating.job import GateJob, run_jobs
 from service.gating.pairs import single_pair
 
@@ -52,3 +52,10 @@ def test_an_interrupt_while_jobs_are_still_handed_out_ends_those_that_run() -> N
         run_jobs(InterruptedJobs(keeper), keeper, 1, lambda _: None)
 
     assert keeper.stopped.is_set()
+
+
+@pytest.mark.parametrize(("align", "mode"), [("none", "audit"), ("rigid", "measure")])
+def test_what_is_kept_is_audited_unless_the_source_is_moved_first(align: str, mode: str) -> None:
+    options = parse_options({"mode": "measure", "keep": ["all"], "align": align})
+
+    assert GateJob(JOB.pair, options).at_least_cost().options.mode == mode
