@@ -12,6 +12,7 @@ import numpy as np
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import unknown_extensions
 from meshcone.assets.gltf.json_faults import json_fault
+from meshcone.assets.gltf.json_text import parsed
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError, LimitError
 
@@ -38,7 +39,7 @@ class Document:
 
     def changed(self, text: str) -> Document:
         """The document after changes to its text that keep it valid."""
-        return Document(text, Element(json.loads(text.removeprefix("\ufeff"))), self.unknown)
+        return Document(text, Element(parsed(text.removeprefix("\ufeff"))), self.unknown)
 
     def uses(self, extension: str) -> bool:
         """Whether the document lists an extension as used or required."""
@@ -76,7 +77,7 @@ class _FaultError(ValueError):
 def _parse(text: str) -> dict[str, Any]:
     text = text.removeprefix("\ufeff")
     try:
-        value = json.loads(text, parse_constant=_refuse, object_pairs_hook=_unique_members)
+        value = parsed(text, parse_constant=_refuse, object_pairs_hook=_unique_members)
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise InputError(f"the JSON is malformed: {error.msg}", place=place) from None

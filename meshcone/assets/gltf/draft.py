@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any
 from meshcone.assets.gltf.buffers import Buffers, encode_data_uri
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.json_text import spelled
 from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
@@ -69,7 +69,7 @@ class Draft:
         Raises:
             LimitError: the document grows larger than one may be that is sent.
         """
-        self._json_bytes += len(json.dumps(value))
+        self._json_bytes += len(spelled(value))
         self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
         self._entries[array].append(value)
         return len(self._document.root.children(array)) + len(self._entries[array]) - 1
@@ -145,14 +145,14 @@ class Draft:
             for key in path[:-1]:
                 holder = holder[key]
             if isinstance(holder, list) or path[-1] in holder:
-                changes.replaced[path] = json.dumps(value)
+                changes.replaced[path] = spelled(value)
             else:
-                changes.added[path[:-1]].append(f"{json.dumps(path[-1])}: {json.dumps(value)}")
+                changes.added[path[:-1]].append(f"{spelled(path[-1])}: {spelled(value)}")
         for array, entries in self._entries.items():
             if array in self._document.root.value:
-                changes.added[(array,)] += map(json.dumps, entries)
+                changes.added[(array,)] += map(spelled, entries)
             else:
-                changes.added[()].append(f"{json.dumps(array)}: {json.dumps(entries)}")
+                changes.added[()].append(f"{spelled(array)}: {spelled(entries)}")
         return changes
 
     @cached_property

@@ -258,3 +258,15 @@ def test_a_copy_that_was_plain_stays_plain_where_the_rest_is_compressed_again() 
 
     assert not streams(written)
     assert np.allclose(read_asset("mesh.glb", written).vertices, asset.vertices + 1)
+
+
+@pytest.mark.parametrize("policy", [WritePolicy(), ENCODE])
+def test_a_number_that_no_double_holds_stays_as_it_is_written(policy: WritePolicy) -> None:
+    gltf = squeezed(cube_gltf())
+    gltf.json["bufferViews"][0]["extras"] = gltf.json["buffers"][0]["extras"] = {"seed": 12345}
+    asset = read_asset("mesh.glb", gltf.glb().replace(b"12345", b"1e400"))
+
+    written = asset.patched(asset.vertices + 1, policy)
+
+    assert written.count(b"1e400") == 2
+    assert b"Infinity" not in written

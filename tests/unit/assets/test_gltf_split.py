@@ -176,3 +176,17 @@ def test_bytes_of_a_separate_buffer_move_into_the_document():
     moved = drift(asset)
     after = read_asset("mesh.gltf", asset.patched(moved, SPLIT))
     assert after.positions == pytest.approx(moved[asset.weld], abs=1e-6)
+
+
+@pytest.mark.parametrize("number", ["1e400", "-1E+999", "1" + 400 * "0" + ".0", "[1e999, 2]"])
+def test_a_number_that_no_double_holds_is_copied_as_it_is_written(number: str) -> None:
+    gltf = two_cubes()
+    gltf.json["meshes"][0]["extras"] = {"size": "here"}
+    before = gltf.embedded().replace(b'"here"', number.encode())
+    asset = read_asset("mesh.gltf", before)
+
+    after = asset.patched(drift(asset), SPLIT)
+
+    assert b"Infinity" not in after
+    assert after.count(number.encode()) == 2
+    assert len(read_asset("mesh.gltf", after).faces) == len(asset.faces)

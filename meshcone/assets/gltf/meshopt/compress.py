@@ -8,7 +8,6 @@ added, such as positions that no longer fit their integers, are compressed like 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +19,7 @@ from meshcone.assets.gltf.accessors import Accessors
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
+from meshcone.assets.gltf.json_text import spelled
 from meshcone.assets.gltf.meshopt.expand import LARGEST_STRIDE, Expanded
 from meshcone.assets.gltf.splice import JsonChanges, change_json
 from meshcone.assets.limits import Limits
@@ -117,8 +117,8 @@ def _changes(packed: Document, came: Expanded, streams: Mapping[int, _Stream]) -
             }
         extension = {**placed, **stream.members}
         view["extensions"] = view.get("extensions", {}) | {name: extension}
-        changes.replaced["bufferViews", index] = json.dumps(view)
-    changes.replaced["buffers",] = json.dumps(buffers)
+        changes.replaced["bufferViews", index] = spelled(view)
+    changes.replaced["buffers",] = spelled(buffers)
     for key in ("extensionsUsed", "extensionsRequired"):
         _restore_name(packed, came.original, key, name, changes)
     return changes
@@ -138,8 +138,8 @@ def _restore_name(
 ) -> None:
     if name not in original.root.texts(key):
         return
-    names = json.dumps([*packed.root.texts(key), name])
+    names = spelled([*packed.root.texts(key), name])
     if key in packed.root.value:
         changes.replaced[(key,)] = names
     else:
-        changes.added[()].append(f"{json.dumps(key)}: {names}")
+        changes.added[()].append(f"{spelled(key)}: {names}")

@@ -6,7 +6,6 @@ appended to the same buffer. A view whose plain copy is there as well keeps that
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from meshcone.assets.gltf.decoding.child import FILTERS, MESHOPT_HEAD, MODES
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import MESHOPT, extension_of
+from meshcone.assets.gltf.json_text import spelled
 from meshcone.assets.gltf.splice import JsonChanges, Path, change_json
 from meshcone.assets.limits import Limits
 
@@ -227,10 +227,10 @@ class _Rewriting:
             _drop_extension(self._new_views[view.index])
         self._drop_fallbacks()
         changes = JsonChanges()
-        changes.replaced["buffers",] = json.dumps(self._new_buffers)
+        changes.replaced["buffers",] = spelled(self._new_buffers)
         for number, value in enumerate(self._new_views):
             if value != self._elements[number].value:
-                changes.replaced["bufferViews", number] = json.dumps(value)
+                changes.replaced["bufferViews", number] = spelled(value)
         for key in ("extensionsUsed", "extensionsRequired"):
             _drop_names(self._document, key, changes)
         document = self._document.changed(change_json(self._document.text, changes))
@@ -322,6 +322,6 @@ def _drop_names(document: Document, key: str, changes: JsonChanges) -> None:
     if len(kept) == len(names):
         return
     if kept:
-        changes.replaced[path] = json.dumps(kept)
+        changes.replaced[path] = spelled(kept)
     else:
         changes.removed.add(path)
