@@ -6,19 +6,21 @@ import hashlib
 import io
 import threading
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from redis import Redis
 
 from meshcone.files import MeshFile
-from tests.integration.jobs import stored_job
+from tests.integration.jobs import make_job, stored_job
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.batches import Batches, BatchRecord
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import BLOB_GENERATIONS, BLOB_REFERENCES, DOOMED_BLOBS
-from worker.jobs.records import Artifact, JobRecord
+from worker.jobs.records import Artifact, JobRecord, StoredFile
 from worker.storage.blobs import BlobStore
 from worker.storage.errors import StoreError
 from worker.storage.local import Directory
@@ -150,6 +152,28 @@ def test_a_lease_that_has_run_out_keeps_nothing(register: BlobRegister, blobs: B
     blobs.sweep()
 
     assert not blobs.exists(digest)
+
+
+def test_the_files_of_a_batch_stay_until_its_jobs_are_entered_however_late(
+    redis: Redis, register: BlobRegister, blobs: BlobStore
+) -> None:
+    content, batches = something(), Batches(redis)
+    digest = hashlib.sha256(content).hexdigest()
+    batch = BatchRecord(id=new_job_id(), created=datetime.now(UTC), pairs=1)
+    file = StoredFile(name="mug.obj", digest=digest, size=len(content))
+    job = make_job().model_copy(update={"batch": batch.id, "source": file, "reference": None})
+    register.lease([digest], batch.id, -1)  # as when nobody could enter a job for an hour
+    blobs.put_file(io.BytesIO(content), digest)
+    batches.stage(batch.id, [job])
+    batches.commit(batch, capacity=1)
+
+    blobs.sweep()
+    batches.carry_on(batch.id)
+    redis.zadd("meshcone:blobs:leases", {f"{digest}/{batch.id}": 1})  # another hour later
+    blobs.sweep()
+
+    assert redis.zscore("meshcone:blobs:leases", f"{digest}/{batch.id}") is None
+    assert blobs.exists(digest)
 
 
 def test_a_short_lease_does_not_cut_a_long_one(register: BlobRegister, blobs: BlobStore) -> None:

@@ -62,12 +62,18 @@ end
 END_LEASES = (
     NEED
     + f"""
--- ARGV[1]: how many leases to look at. Ends those that have run out.
+-- ARGV: how many leases to look at, seconds. Ends those that have run out; those of a batch go on
+-- for so many seconds while some of its jobs have still to be entered, as these hold no file yet.
 local time = redis.call('TIME')
 local over = redis.call('ZRANGEBYSCORE', '{BLOB_LEASES}', '-inf', time[1], 'LIMIT', 0, ARGV[1])
 for _, lease in ipairs(over) do
-  redis.call('ZREM', '{BLOB_LEASES}', lease)
-  need(string.match(lease, '^[^/]*'), -1)
+  local digest, holder = string.match(lease, '^([^/]*)/(.*)$')
+  if redis.call('EXISTS', 'meshcone:batch:' .. holder .. ':entry') == 1 then
+    redis.call('ZADD', '{BLOB_LEASES}', time[1] + ARGV[2], lease)
+  else
+    redis.call('ZREM', '{BLOB_LEASES}', lease)
+    need(digest, -1)
+  end
 end
 return #over
 """

@@ -98,8 +98,9 @@ class BlobRegister:
         return bool(self._set_aside([], [digest, name, _generation(), DAMAGED_SECONDS]))
 
     def end_leases(self) -> None:
-        """End the leases that have run out."""
-        while self._end_leases([], [_EXAMINED_AT_ONCE]) == _EXAMINED_AT_ONCE:
+        """End the leases that have run out, but for those of batches that are being entered."""
+        step = [_EXAMINED_AT_ONCE, LEASE_SECONDS]
+        while self._end_leases([], step) == _EXAMINED_AT_ONCE:
             pass
 
     def take_doomed(self) -> list[str]:
