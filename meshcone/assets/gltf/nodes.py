@@ -125,10 +125,7 @@ def place_meshes(
             )
         seen.add(index)
         limits.check("node_depth", depth, "levels of nodes", place=node.pointer)
-        with np.errstate(over="ignore", invalid="ignore"):
-            world = parent @ local_matrix(node)
-        if not np.isfinite(world).all():
-            raise InputError("the node's transform overflows", place=node.pointer)
+        world = _finite(parent, local_matrix(node), node)
         placements.worlds[index] = world
         if _is_off(node):
             hidden = placements.invisible
@@ -166,8 +163,23 @@ def _copies(
         yield Placement(index, mesh, world, _mirrors(world), False, lineage)
         return
     for number, members in enumerate(copies):
-        matrix = world @ local_matrix(Element(members, node.place("extensions")))
+        matrix = _finite(world, local_matrix(Element(members, node.place("extensions"))), node)
         yield Placement(index, mesh, matrix, _mirrors(matrix), False, lineage, number)
+
+
+def _finite(
+    parent: NDArray[np.float64], local: NDArray[np.float64], node: Element
+) -> NDArray[np.float64]:
+    """(4, 4) one transform after another.
+
+    Raises:
+        InputError: it overflows.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        world: NDArray[np.float64] = parent @ local
+    if not np.isfinite(world).all():
+        raise InputError("the node's transform overflows", place=node.pointer)
+    return world
 
 
 def _origin(root: Element) -> NDArray[np.float64]:

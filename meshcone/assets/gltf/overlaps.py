@@ -19,6 +19,9 @@ _COMPARED_BYTES_PER_BYTE = 64
 class Marks:
     """Marked bytes of some buffers.
 
+    What was compared is known from then on: exporters declare one run of vertices for each of
+    hundreds of primitives.
+
     Args:
         buffers: of the document.
         indices: the buffers that bytes are marked in; others are passed over.
@@ -26,11 +29,17 @@ class Marks:
 
     def __init__(self, buffers: Buffers, indices: Iterable[int]) -> None:
         self._marked = {each: np.zeros(buffers[each].length, dtype=bool) for each in set(indices)}
+        self._added: set[Region] = set()
+        self._clear: set[Region] = set()  # of which no byte is marked
         self._budget = _COMPARED_BYTES_PER_BYTE * sum(map(len, self._marked.values()))
 
     def add(self, regions: Iterable[Region]) -> None:
         """Mark all bytes of some regions."""
-        for elements in self._elements(regions):
+        new = [region for region in regions if region not in self._added]
+        if new:
+            self._added.update(new)
+            self._clear.clear()
+        for elements in self._elements(new):
             elements[:] = True
 
     def touch(self, regions: Iterable[Region]) -> bool:
@@ -39,7 +48,17 @@ class Marks:
         Raises:
             InputError: more bytes were compared than a file can ask for in earnest.
         """
-        return any(bool(elements.any()) for elements in self._elements(regions))
+        return any(map(self._touches, regions))
+
+    def _touches(self, region: Region) -> bool:
+        if region in self._added:
+            return region.buffer in self._marked
+        if region in self._clear:
+            return False
+        touched = any(bool(elements.any()) for elements in self._elements([region]))
+        if not touched:
+            self._clear.add(region)
+        return touched
 
     def _elements(self, regions: Iterable[Region]) -> Iterator[NDArray[np.bool_]]:
         for region in regions:

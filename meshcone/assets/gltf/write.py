@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -91,7 +93,7 @@ class BufferEditor:
         result is one file.
         """
         replacements: dict[Path, str] = {}
-        for accessor in self._touched.values():
+        for accessor in self._changed_accessors():
             replacements.update(self._bounds(accessor))
         for index, data in changed.items():
             if self.accessors.buffers[index].source != "binary":
@@ -103,6 +105,20 @@ class BufferEditor:
         if index not in self._edited:
             self._edited[index] = bytearray(self.accessors.buffers[index].data)
         return self._edited[index]
+
+    def _changed_accessors(self) -> Iterator[Accessor]:
+        """Those written, and those that say the same of the same bytes, as exporters have them."""
+        yield from self._touched.values()
+        written = {accessor.content for accessor in self._touched.values()}
+        if not written:
+            return
+        for index, element in enumerate(self.accessors.elements):
+            if index in self._touched or not ("min" in element.value or "max" in element.value):
+                continue
+            with suppress(InputError):  # nothing can read it, and so nothing has been written to it
+                accessor = self.accessors.describe(index)
+                if accessor.content in written:
+                    yield accessor
 
     def _bounds(self, accessor: Accessor) -> dict[Path, str]:
         """Declared minima and maxima that are no longer true (section 3.6.2.5)."""

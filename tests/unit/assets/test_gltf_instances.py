@@ -251,3 +251,13 @@ def test_instances_of_a_skinned_mesh_stay_as_they_are_for_nobody_reads_them() ->
     assert Code.SKIN_INSTANCES in [notice.code for notice in asset.warnings]
     assert read(written).vertices == pytest.approx(scattered(asset), abs=1e-6)
     assert chunks(written)[0]["nodes"] == gltf.json["nodes"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_instance_beyond_all_numbers_is_refused_as_such() -> None:
+    gltf = instanced(scale=[1e290] * 3)
+    sizes = gltf.json["nodes"][0]["extensions"][INSTANCING]["attributes"]
+    sizes["SCALE"] = gltf.accessor(np.full((3, 3), 1e38, dtype=np.float32))
+    with pytest.raises(InputError, match="transform overflows") as refused:
+        read(gltf.glb())
+    assert refused.value.place == "/nodes/0"

@@ -229,3 +229,42 @@ def test_overlapping_runs_of_one_buffer_come_apart_as_far_as_they_move_apart(
 
     for index in others:
         assert table(data, index).tolist() == table(gltf.glb(), index).tolist()
+
+
+def test_every_accessor_over_what_moved_says_how_far_it_reaches() -> None:
+    gltf = cube_gltf()
+    first = gltf.json["meshes"][0]["primitives"][0]
+    again = window(gltf, 0, first=0, count=24)
+    lower = gltf.accessor(np.array([0, 1, 2, 0, 2, 3], dtype=np.uint16))
+    gltf.json["meshes"][0]["primitives"] = [
+        first,
+        {"attributes": {"POSITION": again}, "indices": lower},
+    ]
+    asset = read_asset("mesh.glb", gltf.glb())
+    upper = asset.vertices[:, 2] > 0.5
+
+    data = asset.patched(asset.vertices + np.where(upper[:, None], [0, 0, 1], 0.0), SPLIT)
+
+    accessors = chunks(data)[0]["accessors"]
+    assert table(data, again)[:, 2].max() == 2
+    assert accessors[again]["max"] == accessors[0]["max"] == [1, 1, 2]
+
+
+def test_hundreds_of_primitives_may_each_declare_one_run_of_vertices() -> None:
+    gltf = Gltf()
+    rows = np.array([[0, 0, 0, 0, 0], [1, 0, 0, 1, 0], [0, 1, 0, 0, 1]], dtype=np.float32)
+    run = gltf.view(rows.tobytes(), stride=20)
+    gltf.mesh(
+        *(
+            {
+                "attributes": {
+                    "POSITION": gltf.accessor(rows[:, :3], run),
+                    "TEXCOORD_0": gltf.accessor(rows[:, 3:], run, offset=12),
+                }
+            }
+            for _ in range(400)
+        )
+    )
+    gltf.node(mesh=0)
+    for policy in (SPLIT, WritePolicy(instances="refuse")):
+        read_asset("mesh.glb", gltf.glb()).ensure_writable(policy)
