@@ -11,6 +11,7 @@ from typing import Any
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.relative_names import from_uri, inside
+from meshcone.text import BYTE_ORDER_MARK
 
 _BEGINNING = 1024  # bytes; white space before a document is short
 _BINARY = b"glTF"
@@ -133,7 +134,7 @@ def _libraries(data: bytes) -> Iterator[bytes]:
     """What follows ``mtllib`` where a line begins with it."""
     for found in _LIBRARY.finditer(data):
         line = max(data.rfind(each, 0, found.start()) for each in (b"\n", b"\r")) + 1
-        if not data[line : found.start()].removeprefix(b"\xef\xbb\xbf").strip():
+        if not data[line : found.start()].removeprefix(BYTE_ORDER_MARK).strip():
             yield found[1].strip()
 
 

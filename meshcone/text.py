@@ -1,6 +1,12 @@
-"""Strings that no file and no answer can hold: JSON and file systems give halves of characters."""
+"""Texts: the mark before them, and strings that no file and no answer can hold.
+
+JSON and file systems give halves of characters.
+"""
 
 from __future__ import annotations
+
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""What some editors put before a text in UTF-8."""
 
 
 def is_text(value: str) -> bool:

@@ -22,6 +22,7 @@ from meshcone.assets.policy import ALL_SCENES, ReadPolicy
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
+from meshcone.text import BYTE_ORDER_MARK
 
 _ACCEPTED = (
     "OBJ, glTF, GLB, PLY, STL or OFF, alone or in a ZIP; or, to compare with, STEP, 3MF, USD or XYZ"
@@ -116,7 +117,7 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
         raise InputError(f"the file is empty{_other_kind(name)}; expected {_ACCEPTED}")
     if data.startswith(b"glTF"):
         return read_glb(name, data, resources, limits, policy)
-    start = data[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
+    start = data[:4096].removeprefix(BYTE_ORDER_MARK).lstrip()
     if start.startswith(b"{"):
         return read_gltf(name, data, resources, limits, policy)
     _require_choice(policy)
@@ -129,7 +130,7 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
         if start.startswith(signature):
             raise InputError(f"this is {kind}; expected {_ACCEPTED}")
     if suffix == ".xyz":
-        return PointAsset(name, "xyz", *read_xyz(data, limits))
+        return PointAsset(name, "xyz", *read_xyz(data.removeprefix(BYTE_ORDER_MARK), limits))
     if suffix in {".glb", ".gltf"}:
         expected = "'glTF'" if suffix == ".glb" else "a JSON object"
         raise InputError(f"the file does not start with {expected}", place="byte 0")

@@ -67,9 +67,10 @@ def unpack(
 
 
 def _named(directory: Directory, member: str, *, required: bool) -> str | None:
-    path = inside(unicodedata.normalize("NFC", member))
-    if path in directory.files:
-        return path
+    spelled = unicodedata.normalize("NFC", member)
+    for path in (inside(spelled), spelled):  # a name with a colon is no path that others can use
+        if path in directory.files:
+            return path
     if required:
         raise InputError(
             f"option 'member': the archive has no '{member[:200]}'; it has "

@@ -6,6 +6,7 @@ and a file of which only one entry changes cannot be written with it.
 
 from __future__ import annotations
 
+import re
 import stat
 import struct
 import unicodedata
@@ -30,6 +31,8 @@ STORED, DEFLATED = 0, 8
 _SMALL = 16 * 1024 * 1024  # bytes that nobody needs protection from
 _FULL16, _FULL32 = 0xFFFF, 0xFFFFFFFF
 ZIP64_EXTRA, _UNICODE_PATH_EXTRA = 0x0001, 0x7075
+_ROOT = "_"  # stands for the folder that an archive is, and begins no drive or scheme
+_DRIVE = re.compile(r"[A-Za-z]:")
 
 
 def is_archive(data: bytes) -> bool:
@@ -239,15 +242,20 @@ def _text(raw: bytes, flags: int, extra: bytes) -> str:
 
 
 def _path(text: str, at: int) -> tuple[str, bool]:
-    """A name in one spelling, and whether it is a file's."""
+    """A name in one spelling, and whether it is a file's; that of the root folder is empty."""
     plain = text.replace("\\", "/")
-    path = inside(plain.rstrip("/"))
-    if path is None or ".." in plain.split("/"):
+    # A colon is one of a name here, as in "Final: notes.txt", except after the letter of a drive.
+    path = inside(f"{_ROOT}/{plain.rstrip('/')}")
+    below = (path or "").removeprefix(_ROOT).removeprefix("/")
+    if path is None or plain.startswith("/") or ".." in plain.split("/") or _DRIVE.match(below):
         raise InputError(
             f"'{text[:200]}' in the archive is absolute or leads out of its folder",
             place=f"byte {at}",
         )
-    return unicodedata.normalize("NFC", path), not plain.endswith("/")
+    is_file = not plain.endswith("/")
+    if is_file and not below:
+        raise _damaged(f"'{text[:200]}' is no name of a file", at)
+    return unicodedata.normalize("NFC", below), is_file
 
 
 def _damaged(words: str, at: int) -> InputError:

@@ -29,6 +29,7 @@ from meshcone.errors import InputError
 from meshcone.notices import Code, Notice
 from meshcone.surface.charts import Charts
 from meshcone.surface.subdivision import Subdivision
+from meshcone.text import BYTE_ORDER_MARK
 
 ForeignFormat = Literal["ply", "stl", "off"]
 
@@ -37,13 +38,14 @@ _READERS = {"ply": read_ply, "stl": read_stl, "off": read_off}
 
 def recognise_foreign(suffix: str, data: bytes) -> ForeignFormat | None:
     """The format of a PLY, STL or OFF file; None if it is none of them."""
-    if re.match(rb"ply\s", data):
+    text = data.removeprefix(BYTE_ORDER_MARK)
+    if re.match(rb"ply\s", text):
         return "ply"
-    if re.match(rb"(?:\s|#[^\n]*\n)*+(?:ST)?C?N?4?n?OFF(?![A-Za-z_])", data):
+    if re.match(rb"(?:\s|#[^\n]*\n)*+(?:ST)?C?N?4?n?OFF(?![A-Za-z_])", text):
         return "off"
     if suffix in {".ply", ".stl", ".off"}:
         return suffix[1:]  # type: ignore[return-value]
-    if is_binary_stl(data) or is_text_stl(data):
+    if is_binary_stl(data) or is_text_stl(text):
         return "stl"
     return None
 
@@ -55,12 +57,23 @@ def read_foreign(name: str, kind: ForeignFormat, data: bytes, limits: Limits) ->
         InputError: the file is damaged or holds no surface, with the line or byte at fault.
         LimitError: it has, or declares, more than ``limits`` accept.
     """
-    polygons = _READERS[kind](data, limits)
+    polygons = _READERS[kind](_unmarked(data), limits)
     if kind == "ply" and not len(polygons.sizes) and len(polygons.positions):
         places = polygons.places
-        normals = None if places is None or places.normals is None else places.normals.read(data)
+        normals = (
+            None
+            if places is None or places.normals is None
+            else places.normals.read(_unmarked(data))
+        )
         return PointAsset(name, kind, polygons.positions, normals)
     return ForeignAsset(name, kind, data, polygons, limits)
+
+
+def _unmarked(data: bytes) -> bytes:
+    """The file with blanks for a byte order mark, so that everything stays where it is."""
+    if not data.startswith(BYTE_ORDER_MARK):
+        return data
+    return b" " * len(BYTE_ORDER_MARK) + data[len(BYTE_ORDER_MARK) :]
 
 
 class ForeignAsset(Asset):
@@ -131,14 +144,14 @@ class ForeignAsset(Asset):
         self.ensure_writable()
         if self._kind == "ply":
             with naming(self.name):
-                require_divisible(self._data, self._limits)
+                require_divisible(self._text, self._limits)
 
     def charts(self) -> Charts:
         """See :meth:`Asset.charts`; faces that carry anything of their own keep their sides."""
         if self._kind == "ply":
-            keeps = carries_properties(self._data, self._limits)
+            keeps = carries_properties(self._text, self._limits)
         else:
-            keeps = {"off": carries_more, "stl": has_attributes}[self._kind](self._data)
+            keeps = {"off": carries_more, "stl": has_attributes}[self._kind](self._text)
         return super().charts().keeping(np.full(len(self.faces), keeps))
 
     def _chart_corners(self) -> NDArray[np.int64]:
@@ -149,27 +162,36 @@ class ForeignAsset(Asset):
             self._rows, self._corners, self._surface.triangles, self._surface.kept
         )
         if self._kind == "ply":
-            return divided_ply(self._data, self._limits, triangles, subdivision)
+            return self._marked(divided_ply(self._text, self._limits, triangles, subdivision))
         if self._kind == "off":
-            return divided_off(self._data, triangles, subdivision)
-        return divided_stl(self._data, triangles, subdivision, self.positions)
+            return self._marked(divided_off(self._text, triangles, subdivision))
+        return self._marked(divided_stl(self._text, triangles, subdivision, self.positions))
 
     def _write(self, vertices: NDArray[np.float64], policy: WritePolicy) -> bytes:
         positions, moved = self._scattered(vertices)
         if not moved.any() or self._places is None:
             return self._data
-        data = bytearray(self._data)
+        data = bytearray(self._text)
         # Text that grows moves what comes after it; each kind of row is found anew.
         rows = np.flatnonzero(moved)
         self._places.positions.write(data, rows, positions[rows])
         if self._places.normals is not None and policy.normals == "recompute":
-            stored = self._places.normals.read(self._data)
+            stored = self._places.normals.read(self._text)
             renew = self._facet_normals if self._places.by_facet else self._vertex_normals
             normals, renewed = renew(stored, positions, vertices, moved, policy)
             rows = np.flatnonzero(renewed)
             if len(rows):
                 self._places.normals.write(data, rows, normals[rows])
-        return bytes(data)
+        return self._marked(bytes(data))
+
+    @property
+    def _text(self) -> bytes:
+        return _unmarked(self._data)
+
+    def _marked(self, written: bytes) -> bytes:
+        if not self._data.startswith(BYTE_ORDER_MARK):
+            return written
+        return BYTE_ORDER_MARK + written[len(BYTE_ORDER_MARK) :]
 
     def _facet_normals(
         self,

@@ -16,6 +16,7 @@ from meshcone.assets.foreign.divide import (
     line_end_of,
     replaced,
 )
+from meshcone.assets.foreign.places import statements
 from meshcone.assets.foreign.stl import HEADER, TRIANGLE, is_binary_stl
 from meshcone.assets.number_style import NumberStyle
 from meshcone.surface.arrays import Floats
@@ -81,7 +82,8 @@ def _text(data: bytes, polygons: DividedPolygons, points: Floats, count: int) ->
     for row, children in polygons.groups():
         facet = facets[row]
         start, end = facet.span
-        indent = data[max(data.rfind(b"\n", 0, start), data.rfind(b"\r", 0, start)) + 1 : start]
+        before = data[max(data.rfind(b"\n", 0, start), data.rfind(b"\r", 0, start)) + 1 : start]
+        indent = b"" if before.strip() else before  # a statement may stand before it in its line
         parts = []
         for corners in polygons.over.faces[children].tolist():
             pieces, reached = [], start
@@ -101,12 +103,17 @@ def _text(data: bytes, polygons: DividedPolygons, points: Floats, count: int) ->
 
 def _facets(data: bytes) -> Iterator[_Facet]:
     start, words = 0, list[Span]()
-    for first, end in content_spans(data, 0, comments=True):
-        keyword = data[first:end].split(None, 1)[0].lower()
-        if keyword == b"facet":
-            start, words = first, []
-        elif keyword == b"vertex":
-            found = [(first + w.start(), first + w.end()) for w in _WORD.finditer(data[first:end])]
-            words += found[1:4]
-        elif keyword == b"endfacet":
-            yield _Facet((start, end), words)
+    for line in content_spans(data, 0, comments=True):
+        for span in statements(data[slice(*line)]):
+            first = line[0] + span[0]
+            found = [
+                (first + w.start(), first + w.end())
+                for w in _WORD.finditer(data[first : line[0] + span[1]])
+            ]
+            keyword = data[slice(*found[0])].lower()
+            if keyword == b"facet":
+                start, words = found[0][0], []
+            elif keyword == b"vertex":
+                words += found[1:4]
+            elif keyword == b"endfacet":
+                yield _Facet((start, found[0][1]), words)

@@ -18,6 +18,11 @@ from meshcone.errors import InputError
 _LINE = re.compile(rb"[^\r\n]+")
 _WORD = re.compile(rb"\S+")
 _SAMPLED = 20_000
+# Words of each statement of an ASCII STL: a line that has no more has one statement.
+_WORDS = {b"facet": 5, b"outer": 2, b"vertex": 4, b"endloop": 1, b"endfacet": 1}
+_MOST_WORDS = 5
+_FACET = re.compile(rb"\s(facet\s+normal\s+[-+.\d])", re.I)
+_KEYWORD = re.compile(rb"\s((?:facet|outer|vertex|endloop|endfacet|endsolid)(?!\S))", re.I)
 _COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
 
 Columns = tuple[int, int, int]
@@ -100,7 +105,7 @@ class TextVectors(Vectors):
         columns: which words of a row.
         words: how many a row has at least; it may be wrapped where it has fewer.
         comments: whether ``#`` starts one.
-        keyword: the first word of the lines that are rows; None where every line is one.
+        keyword: the first word of the statements that are rows; None where every line is one.
         directions: whether the numbers are of unit vectors.
     """
 
@@ -167,15 +172,24 @@ class TextVectors(Vectors):
 
     def _lines(self, data: bytes) -> Iterator[Spans]:
         for match in _LINE.finditer(data, self.start):
-            text = uncommented(match[0]) if self.comments else match[0]
-            words = [
-                (match.start() + w.start(), match.start() + w.end()) for w in _WORD.finditer(text)
-            ]
-            if not words:
-                continue
-            first = data[words[0][0] : words[0][1]].lower()
-            if self.keyword is None or first == self.keyword:
-                yield words
+            text, start = uncommented(match[0]) if self.comments else match[0], match.start()
+            for span in self._stated(text):
+                words = [(start + w.start(), start + w.end()) for w in _WORD.finditer(text, *span)]
+                if words:
+                    yield words
+
+    def _stated(self, line: bytes) -> Spans:
+        """Where the statements of a line are that are rows."""
+        if self.keyword is None:
+            return [(0, len(line))]
+        first = len(self.keyword)
+        return [
+            (start, end)
+            for start, end in statements(line)
+            if (words := line[start:end].split(None, 1))
+            and len(words[0]) == first
+            and words[0].lower() == self.keyword
+        ]
 
 
 @dataclass(frozen=True)
@@ -196,3 +210,23 @@ class Places:
 def uncommented(line: bytes) -> bytes:
     """A line up to its comment."""
     return _COMMENT.sub(b"", line) if b"#" in line else line
+
+
+def statements(line: bytes) -> Spans:
+    """Where the statements of an ASCII STL are in a line, which mostly has one.
+
+    A solid may be called anything, so that of words after it only a facet with its normal counts.
+    """
+    words = line.split(None, _MOST_WORDS)
+    keyword = words[0].lower() if words else b""
+    if len(words) <= _WORDS.get(keyword, 0) or keyword == b"endsolid":
+        return [(0, len(line))]
+    reached, starts = 0, [0]
+    if keyword == b"solid":
+        facet = _FACET.search(line)
+        if facet is None:
+            return [(0, len(line))]
+        reached = facet.start(1)
+        starts.append(reached)
+    starts += [match.start(1) for match in _KEYWORD.finditer(line, reached)]
+    return list(zip(starts, [*starts[1:], len(line)], strict=True))

@@ -115,7 +115,8 @@ def read_header(data: bytes, limits: Limits) -> Header:
             limits.check("header_bytes", len(data), "bytes without an 'end_header'")
         raise InputError("expected 'end_header', found the end of the file")
     size = end.end()
-    if data[:4] == b"ply\r" and data[4:5] != b"\n":
+    first = data[:16].lstrip()  # blanks are where a byte order mark was
+    if first[:4] == b"ply\r" and first[4:5] != b"\n":
         size = end.start(1) + 1  # lines end with \r here: a \n after it is data
     lines = data[: end.start(1)].splitlines()
     encoding = None

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.foreign.places import BinaryVectors, Places, TextVectors, Vectors
+from meshcone.assets.foreign.places import BinaryVectors, Places, TextVectors, Vectors, statements
 from meshcone.assets.foreign.polygons import Polygons, check_positions
 from meshcone.assets.foreign.text import Line, content_lines, points, shown
 from meshcone.assets.limits import Limits
@@ -23,7 +23,7 @@ from meshcone.errors import InputError
 HEADER = 84
 _BLANK = rb"(?:\s|#[^\r\n]*+[\r\n])*+"
 _SOLID = re.compile(_BLANK + rb"solid\b", re.I)
-_TEXT = re.compile(_BLANK + rb"solid\b[^\n]*+\n" + _BLANK + rb"facet\b", re.I)
+_TEXT = re.compile(_BLANK + rb"solid\b[^\r\n]*+[\r\n]" + _BLANK + rb"facet\b", re.I)
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 # What may come after each line of an ASCII file, and where that leads.
@@ -89,14 +89,15 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
 def _read_ascii(data: bytes, limits: Limits) -> Polygons:
     vertices: list[Line] = []
     state, number = "the beginning", 1
-    for line in content_lines(data, limits, comments=True):
-        number = line[0]
-        keyword = line[1].split(None, 1)[0].lower()
-        if keyword not in _NEXT[state]:
-            raise _unexpected(state, f"'{shown(keyword)}'", number)
-        state = _NEXT[state][keyword]
-        if keyword == b"vertex":
-            vertices.append((number, line[1][len(keyword) :]))
+    for number, text in content_lines(data, limits, comments=True):
+        for start, end in statements(text):
+            statement = text[start:end].strip()
+            keyword = statement.split(None, 1)[0].lower()
+            if keyword not in _NEXT[state]:
+                raise _unexpected(state, f"'{shown(keyword)}'", number)
+            state = _NEXT[state][keyword]
+            if keyword == b"vertex":
+                vertices.append((number, statement[len(keyword) :]))
     if state != "endsolid":
         raise _unexpected(state, "the end of the file", number)
     limits.check("faces", len(vertices) // 3, "triangles")

@@ -17,10 +17,11 @@ from meshcone.assets.number_style import NumberStyle
 from meshcone.assets.obj.content import ObjTriangles
 from meshcone.assets.obj.numbers import parse_number
 from meshcone.assets.obj.renumber import Insertion, renumbered
-from meshcone.assets.obj.scan import BYTE_ORDER_MARK, ObjLines
+from meshcone.assets.obj.scan import ObjLines
 from meshcone.assets.obj.write import number_style
 from meshcone.surface.arrays import Bools, Floats, Ints, row_lengths
 from meshcone.surface.subdivision import DividedFaces, Subdivision
+from meshcone.text import BYTE_ORDER_MARK
 
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 _MOST_COLUMNS = 8  # of a statement: three coordinates, a weight, and a colour with its opacity

@@ -17,9 +17,9 @@ from meshcone.assets.content import Image, Material, TextureUse
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.content.records import Wrap
 from meshcone.assets.obj.numbers import parse_number, shown
-from meshcone.assets.obj.scan import BYTE_ORDER_MARK
 from meshcone.relative_names import inside, sent_as
 from meshcone.srgb import to_linear
+from meshcone.text import BYTE_ORDER_MARK
 
 _SLOTS = {
     b"map_kd": "base_color",

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+from meshcone.text import BYTE_ORDER_MARK
+
 _PADDING = 16  # lets every statement be compared with any keyword
 _BLANKS: NDArray[np.bool_] = np.isin(np.arange(256), list(b" \t\n\r\v\f"))
 _NEWLINE, _RETURN, _HASH, _BLANK, _BACKSLASH = b"\n\r# \\"

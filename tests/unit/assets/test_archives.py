@@ -228,11 +228,38 @@ def test_a_name_that_the_archive_lacks_is_refused_with_those_it_has() -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["../a.obj", "b/../../a.obj", "/a.obj", "C:\\a.obj", "b/../a.obj"])
+@pytest.mark.parametrize(
+    "name", ["../a.obj", "b/../../a.obj", "/a.obj", "C:\\a.obj", "b/../a.obj", "./C:a.obj"]
+)
 def test_a_name_that_leads_out_of_the_archive_is_refused(name: str) -> None:
     archive = packed({name: shapes.obj(*BALL), "good.obj": shapes.obj(*BALL)})
 
     assert "absolute or leads out of its folder" in str(refused(archive))
+
+
+def test_an_entry_for_the_folder_itself_is_no_file() -> None:
+    archive = packed({"./": b"", "./a.obj": shapes.obj(*BALL)})
+
+    asset = read_asset("pack.zip", archive)
+
+    assert unpacked(asset.patched(asset.vertices + 1)).keys() == {"./", "./a.obj"}
+
+
+def test_a_colon_in_a_name_is_one_of_the_name() -> None:
+    files = {"Final:notes.txt": b"ready", "late: b/Final:a.obj": shapes.obj(*BALL)}
+
+    asset = read_asset("pack.zip", packed(files))
+    named = read_asset("pack.zip", packed(files), policy=ReadPolicy(member="late: b/Final:a.obj"))
+
+    assert asset.packed is not None
+    assert asset.packed.mesh.name == "late: b/Final:a.obj"
+    assert named.counts() == asset.counts()
+    assert unpacked(asset.patched(asset.vertices + 1))["Final:notes.txt"] == b"ready"
+
+
+@pytest.mark.parametrize("name", ["", ".", "b/.."])
+def test_a_file_without_a_name_is_refused(name: str) -> None:
+    refused(packed({name: b"", "a.obj": shapes.obj(*BALL)}))
 
 
 def test_a_link_is_refused() -> None:
