@@ -223,3 +223,25 @@ def test_a_server_that_hangs_up_at_once_may_pass(server: FileServer) -> None:
     server.answers["/mug.obj"] = Answer(MUG, length=len(MUG) * 2)
 
     assert isinstance(refusal(lambda: fetched(f"{server.url}/mug.obj")), PassingError)
+
+
+def test_a_dozen_servers_that_do_not_come_to_an_end_hold_up_no_other(server: FileServer) -> None:
+    url, slow = server.has("/mug.obj", MUG), server.has("/slow.obj", b"v", endless=True, pause=0.05)
+
+    async def fetch_beside_the_slow() -> bytes:
+        web, into = Web(private_addresses=True), io.BytesIO()
+        begun = [
+            asyncio.create_task(web.fetch(slow, io.BytesIO(), Budget(1_000_000), None))
+            for _ in range(12)
+        ]
+        async with asyncio.timeout(60):
+            while len(server.seen) < len(begun):
+                await asyncio.sleep(0.01)
+            await web.fetch(url, into, Budget(1_000_000), None)
+        for task in begun:
+            task.cancel()
+        await asyncio.gather(*begun, return_exceptions=True)
+        await web.close()
+        return into.getvalue()
+
+    assert asyncio.run(fetch_beside_the_slow()) == MUG

@@ -48,6 +48,7 @@ class Web:
         self._private_addresses = private_addresses
         self._pool = httpcore2.AsyncConnectionPool(
             network_backend=PublicBackend(private_addresses=private_addresses),
+            max_connections=None,  # how many transfers there are at once is for others to say
             max_keepalive_connections=0,
         )
 
