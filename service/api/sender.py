@@ -95,7 +95,10 @@ def _claim(
             _require_room(context, sender)
         yield claim
     finally:
-        claims.release(claim)
+        # A claim that cannot be given up runs out. The request has been answered by then: what is
+        # accepted stays so.
+        with suppress(RedisError):
+            claims.release(claim)
 
 
 def _require_room(context: ContextDependency, sender: Sender) -> None:

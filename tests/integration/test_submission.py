@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from fastapi import FastAPI
+from redis.exceptions import ConnectionError as RedisConnectionError
 from starlette.testclient import TestClient
 
 from meshcone.files import MeshFile
 from meshcone.options import OPTIONS_VERSION
 from service.api.app import create_app
+from service.api.routes.events import Events
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_bytes
 from worker.broker.embedded import EmbeddedBroker
@@ -44,6 +46,59 @@ def test_a_job_in_the_ledger_is_accepted_whether_its_message_can_be_sent_or_not(
         job = answer.json()["id"]
         assert context.ledger.get(job).state == "queued"
         assert (job in context.queue.waiting()) == reachable
+
+
+class Unreachable:
+    """The ledger's events, or its batches, once the broker cannot be reached any more."""
+
+    def __init__(self, before: Any) -> None:
+        self._before = before
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._before, name)
+
+    async def wait_for_end(self, *_: object) -> None:
+        raise RedisConnectionError("the broker is away")
+
+    def _away(self, *_: object) -> None:
+        raise RedisConnectionError("the broker is away")
+
+    counts = unstage = _away
+
+
+MUG = {"url": "https://assets.example.org/mug.glb"}
+PAIR = {"source": MUG, "reference": MUG}
+
+
+def test_a_job_that_cannot_be_waited_for_is_accepted_all_the_same(tmp_path: Path) -> None:
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+    ):
+        app: Any = http.app
+        app.state.events = Events(cast(Any, Unreachable(None)), 1)
+
+        answer = http.post("/v1/jobs", json=PAIR, headers={"Prefer": "wait=1"})
+
+        assert answer.status_code == 202
+        assert "Preference-Applied" not in answer.headers
+        assert app.state.context.ledger.get(answer.json()["id"]).state == "queued"
+
+
+def test_a_batch_whose_jobs_cannot_be_counted_is_accepted_all_the_same(tmp_path: Path) -> None:
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+    ):
+        app: Any = http.app
+        context = app.state.context
+        app.state.context = replace(context, batches=Unreachable(context.batches))
+
+        answer = http.post("/v1/batches", json={"pairs": [PAIR, PAIR]})
+
+        assert answer.status_code == 202
+        assert answer.json()["counts"]["queued"] == 2
+        assert context.batches.get(answer.json()["id"]).pairs == 2
 
 
 def test_a_list_leaves_out_the_options_that_the_job_itself_shows_as_they_were_sent(

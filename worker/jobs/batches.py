@@ -106,6 +106,11 @@ class BatchCounts:
     states: Mapping[JobState, int]
     verdicts: Mapping[Verdict, int]
 
+    @classmethod
+    def of_queued(cls, pairs: int) -> Self:
+        """Those of a batch that has just been accepted."""
+        return cls({**dict.fromkeys(_STATES, 0), "queued": pairs}, dict.fromkeys(_VERDICTS, 0))
+
 
 @dataclass(frozen=True)
 class BatchPage:

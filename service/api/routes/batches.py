@@ -6,7 +6,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import IO, Annotated, Any
 
+import structlog
 from fastapi import BackgroundTasks, Depends, Query, Response, status
+from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
 from meshcone.gates.formats.junit import to_junit
@@ -23,11 +25,13 @@ from service.api.schemas import JobList, ListedJob
 from service.api.sender import ClaimDependency, SenderDependency
 from service.api.submission.batch import accept_batch, read_batch
 from service.problems import MEDIA_TYPE, ProblemError, problem
-from worker.jobs.batches import BatchRecord, UnknownBatchError, carry_through
+from worker.jobs.batches import BatchCounts, BatchRecord, UnknownBatchError, carry_through
 from worker.jobs.identifiers import is_job_id
 from worker.jobs.index import JobFilter
 from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
 from worker.jobs.records import JobState, Verdict
+
+logger = structlog.get_logger(__name__)
 
 router = ResourceRouter(prefix=BATCHES_PATH, tags=["batches"])
 
@@ -114,7 +118,7 @@ async def submit_batch(
     later.add_task(carry_through, record.id, context.batches, context.queue)
     response.headers["Location"] = batch_path(record.id)
     response.headers["Retry-After"] = str(context.settings.retry_after)
-    return await run_in_threadpool(_shown, record, context)
+    return await run_in_threadpool(_accepted, record, context)
 
 
 @router.get("", summary="List batches, newest first")
@@ -250,6 +254,17 @@ def _as_json(run: GateRun) -> bytes:
 
 def _shown(record: BatchRecord, context: Context) -> Batch:
     return Batch.of(record, context.batches.counts(record))
+
+
+def _accepted(record: BatchRecord, context: Context) -> Batch:
+    try:
+        return _shown(record, context)
+    except RedisError as error:
+        # A client that is told of the outage instead would send the batch again.
+        logger.warning(
+            "batch accepted, its jobs not counted", batch_id=record.id, reason=str(error)
+        )
+        return Batch.of(record, BatchCounts.of_queued(record.pairs))
 
 
 def _unknown() -> ProblemError:

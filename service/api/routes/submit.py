@@ -6,7 +6,9 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Any
 
+import structlog
 from fastapi import Depends, Header, Request, Response, status
+from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
 from service.api.context import Context, ContextDependency
@@ -28,6 +30,8 @@ from service.problems import ProblemError, problem
 from worker.jobs.idempotency import Claim
 from worker.jobs.ledger import UnknownJobError
 from worker.jobs.records import JobRecord
+
+logger = structlog.get_logger(__name__)
 
 router = ResourceRouter(prefix=JOBS_PATH, tags=["jobs"])
 
@@ -83,9 +87,14 @@ async def submit_job(
 ) -> Job:
     """Queue a refinement of `source` towards `reference`, or a measurement."""
     record = await _accept(form, claim, sender, context)
-    if wait is not None and await events.wait_for_end(record.id, wait):
-        record = await run_in_threadpool(_after_wait, record.id, context)
-        response.headers["Preference-Applied"] = f"wait={wait}"
+    if wait is not None:
+        try:
+            if await events.wait_for_end(record.id, wait):
+                record = await run_in_threadpool(_after_wait, record.id, context)
+                response.headers["Preference-Applied"] = f"wait={wait}"
+        except RedisError as error:
+            # It is accepted; a client that is told otherwise would send it again.
+            logger.warning("not waited for", job_id=record.id, reason=str(error))
     response.headers["Location"] = job_path(record.id)
     if record.has_ended:
         response.status_code = status.HTTP_200_OK

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Iterator
+from contextlib import suppress
 from datetime import UTC, datetime
 from tempfile import SpooledTemporaryFile
 from typing import IO, TYPE_CHECKING
 
 import structlog
 from fastapi import Request
+from redis.exceptions import RedisError
 
 from meshcone.errors import InputError, LimitError
 from service.api.context import Context
@@ -102,7 +104,8 @@ def accept_batch(
     try:
         return _commit(batch, document, claim, sender, context)
     finally:
-        context.batches.unstage(batch.id)
+        with suppress(RedisError):  # it goes by itself, and what is accepted stays so
+            context.batches.unstage(batch.id)
 
 
 def _commit(
