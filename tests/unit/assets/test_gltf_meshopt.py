@@ -260,6 +260,25 @@ def test_a_copy_that_was_plain_stays_plain_where_the_rest_is_compressed_again() 
     assert np.allclose(read_asset("mesh.glb", written).vertices, asset.vertices + 1)
 
 
+@pytest.mark.parametrize("compressed", [None, [0]])
+def test_a_buffer_that_writing_adds_stands_behind_those_to_decompress_into(
+    compressed: list[int] | None,
+) -> None:
+    gltf = squeezed(cube_gltf(), compressed)
+    gltf.node(mesh=0, translation=[5, 0, 0])
+    past = {"buffer": 0, "byteOffset": len(gltf.binary), "byteLength": 600_000}
+    gltf.json["bufferViews"].append(past)  # it must not begin to read what is appended
+    asset = read(gltf)
+    moved = asset.vertices + np.random.default_rng(3).uniform(-0.1, 0.1, asset.vertices.shape)
+
+    written = asset.patched(moved, WritePolicy(instances="split", meshopt="encode"))
+
+    assert np.allclose(read_asset("mesh.glb", written).vertices, moved)
+    document, _ = chunks(written)
+    assert len(document["buffers"]) == 3
+    assert document["buffers"][1]["extensions"][EXT] == {"fallback": True}
+
+
 @pytest.mark.parametrize("policy", [WritePolicy(), ENCODE])
 def test_a_number_that_no_double_holds_stays_as_it_is_written(policy: WritePolicy) -> None:
     gltf = squeezed(cube_gltf())

@@ -100,11 +100,17 @@ def _changes(packed: Document, came: Expanded, streams: Mapping[int, _Stream]) -
     name, fallback = first.name, first.element.value["buffer"]
     buffers = _buffers(packed, came)
     changes = JsonChanges()
+    plain = len(came.document.root.children("buffers"))
+    shift = len(came.original.root.children("buffers")) - plain  # of those that writing has added
     for index, element in enumerate(packed.root.children("bufferViews")):
         stream = streams.get(index)
+        buffer = element.integer("buffer")
+        added = {} if buffer is None or buffer < plain else {"buffer": buffer + shift}
         if stream is None:
+            for key, value in added.items():
+                changes.replaced["bufferViews", index, key] = spelled(value)
             continue
-        placed = {key: element.value[key] for key in _PLACE}
+        placed = {key: element.value[key] for key in _PLACE} | added
         if index < len(original):
             view = dict(original[index].value)
         else:
@@ -125,12 +131,14 @@ def _changes(packed: Document, came: Expanded, streams: Mapping[int, _Stream]) -
 
 
 def _buffers(packed: Document, came: Expanded) -> list[dict[str, Any]]:
-    """Those that have bytes as they are now, and those to decompress into as they came."""
+    """Those that have bytes as they are now, and those to decompress into as they came.
+
+    What writing has added stands behind both.
+    """
     now = [element.value for element in packed.root.children("buffers")]
-    return [
-        dict(now[number] if came.packed.is_stored(number) else element.value)
-        for number, element in enumerate(came.original.root.children("buffers"))
-    ]
+    came_as = [element.value for element in came.original.root.children("buffers")]
+    stored = [dict(now[n] if came.packed.is_stored(n) else v) for n, v in enumerate(came_as)]
+    return stored + [dict(each) for each in now[len(came.document.root.children("buffers")) :]]
 
 
 def _restore_name(
