@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from redis import Redis
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.batches import Batches, BatchRecord, UnknownBatchError
+from worker.jobs.identifiers import earliest_id
 from worker.jobs.ledger import Ledger, UnknownJobError
 from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobRecord
@@ -44,6 +47,7 @@ def keep(
             return Housekeeper(
                 settings,
                 ledger=Ledger(connection),
+                batches=Batches(connection),
                 queue=JobQueue(settings, raw),
                 blobs=blobs,
             )
@@ -112,3 +116,26 @@ def test_a_record_that_expired_long_ago_is_forgotten(
 
     with pytest.raises(UnknownJobError):
         ledger.get(ended_job.id)
+
+
+def test_a_batch_that_was_canceled_before_any_job_was_entered_is_forgotten_after_the_same_time(
+    keep: Keep, connection: Redis
+) -> None:
+    batches, created = Batches(connection), datetime.now(UTC) - timedelta(hours=2)
+    batch = BatchRecord(id=earliest_id(created.timestamp()), created=created, pairs=1)
+    batches.stage(batch.id, [make_job().model_copy(update={"batch": batch.id})])
+    batches.commit(batch, capacity=1000)
+    batches.request_cancel(batch.id)
+    batches.carry_on(batch.id)
+    keeper = keep(result_ttl=600, record_ttl=600)
+
+    keeper.tidy()
+    assert batches.get(batch.id).finished is not None
+    connection.hset(f"meshcone:batch:{batch.id}", "finished", created.timestamp())
+    keep(result_ttl=600, record_ttl=0).tidy()
+    assert batches.get(batch.id).dropped == 1
+    keeper.tidy()
+
+    with pytest.raises(UnknownBatchError):
+        batches.get(batch.id)
+    assert connection.keys(f"*{batch.id}*") == []

@@ -13,7 +13,8 @@ the last of them that the batch has ended.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Self, get_args
@@ -23,9 +24,10 @@ from pydantic import BaseModel, ConfigDict
 from worker.jobs import batch_scripts as scripts
 from worker.jobs import step_scripts as steps
 from worker.jobs.durability import DurableWrites
-from worker.jobs.identifiers import DEFAULT_PROJECT
+from worker.jobs.identifiers import DEFAULT_PROJECT, earliest_id
 from worker.jobs.ledger import KeyReusedError, QueueFullError
 from worker.jobs.ledger_keys import (
+    BATCHES,
     OPEN_BATCHES,
     all_jobs,
     batch_key,
@@ -234,6 +236,24 @@ class Batches:
                 pipeline.hgetall(batch_key(batch_id))
             records = [BatchRecord.decoded(fields) for fields in pipeline.execute() if fields]
         return BatchPage(tuple(records), ids[limit - 1] if len(ids) > limit else None)
+
+    def jobless(self, seconds: float) -> Iterator[BatchRecord]:
+        """Batches that have finished before a time, and have no jobs any more; oldest first.
+
+        The last of a batch's jobs takes it along. These had none when they finished: all of it was
+        canceled before any was entered, or was deleted by then.
+        """
+        end, after = f"({earliest_id(seconds)}", "-"
+        while found := self._client.zrangebylex(BATCHES, after, end, start=0, num=_AT_ONCE):
+            ids = [str(batch_id) for batch_id in found]
+            after = f"({ids[-1]}"
+            for batch_id in ids:
+                if self._client.exists(all_jobs(batch=batch_id)):
+                    continue
+                with suppress(UnknownBatchError):
+                    record = self.get(batch_id)
+                    if record.finished is not None and record.finished.timestamp() < seconds:
+                        yield record
 
     def counts(self, record: BatchRecord) -> BatchCounts:
         """How its jobs stand now; those that are not entered yet count as queued."""

@@ -31,6 +31,11 @@ def ids_in_order() -> Iterator[str]:
         number += 1 + secrets.randbits(_STEP_BITS)
 
 
+def earliest_id(seconds: float) -> str:
+    """What ids of jobs and batches that are made from a time on sort after."""
+    return str(uuid.UUID(int=round(seconds * 1000) << 80))
+
+
 def is_job_id(text: str) -> bool:
     """Whether ``text`` is spelled as :func:`new_job_id` spells one."""
     try:

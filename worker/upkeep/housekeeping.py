@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import TYPE_CHECKING
 
 from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.jobs.records import FINAL_STATES
 
 if TYPE_CHECKING:
+    from worker.jobs.batches import Batches
     from worker.jobs.queue import JobQueue
     from worker.settings import WorkerSettings
     from worker.storage.blobs import BlobStore
@@ -27,11 +29,13 @@ class Housekeeper:
         settings: WorkerSettings,
         *,
         ledger: Ledger,
+        batches: Batches,
         queue: JobQueue,
         blobs: BlobStore,
     ) -> None:
         self._settings = settings
         self._ledger = ledger
+        self._batches = batches
         self._queue = queue
         self._blobs = blobs
 
@@ -51,12 +55,21 @@ class Housekeeper:
                 self._ledger.delete(job_id)
             except (TransitionRefusedError, UnknownJobError) as refusal:
                 logger.info("not deleted: %s", refusal)
+        self._forget_batches()
         removed = self._blobs.sweep()
         if removed:
             logger.info("removed %d files nobody needs", removed)
         unfinished = self._blobs.clear_unfinished()
         if unfinished:
             logger.info("removed %d files that nobody finished writing", unfinished)
+
+    def _forget_batches(self) -> None:
+        """Forget batches without jobs when those they were sent with would be forgotten."""
+        kept = self._settings.result_ttl, self._settings.record_ttl
+        if not all(kept):
+            return
+        for batch in self._batches.jobless(time.time() - sum(kept)):
+            self._batches.forget(batch.id)
 
     def _due(self) -> list[str]:
         if not self._settings.result_ttl:

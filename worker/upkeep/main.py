@@ -96,10 +96,12 @@ def main() -> None:
     settings = load_settings(WorkerSettings)
     url = settings.required_redis_url()
     client = connect_text(url)
-    ledger, queue = Ledger(client), JobQueue(settings, connect_bytes(url))
+    ledger, batches = Ledger(client), Batches(client)
+    queue = JobQueue(settings, connect_bytes(url))
     housekeeper = Housekeeper(
         settings,
         ledger=ledger,
+        batches=batches,
         queue=queue,
         blobs=BlobStore.open(settings, BlobRegister(client)),
     )
@@ -116,7 +118,6 @@ def main() -> None:
     ).start()
     heartbeats = Heartbeats(client, settings.heartbeat_timeout)
     reconciler = Reconciler(ledger, queue, heartbeats, settings.attempts)
-    batches = Batches(client)
 
     def look() -> None:
         for batch_id in batches.open():  # whoever accepted it may have died
