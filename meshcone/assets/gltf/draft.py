@@ -95,7 +95,8 @@ class Draft:
     def replace(self, view: int, data: bytes) -> None:
         """Put other bytes in the place of those a buffer view holds.
 
-        Where another view reads some of them they stay, and the new ones are appended.
+        Where another view reads some of them they stay, and the new ones are appended as those of
+        a new view are.
         """
         buffer, start, end = _extent(self._views[view])
         self.put(("bufferViews", view, "byteLength"), len(data))
@@ -105,6 +106,9 @@ class Draft:
             growth = len(data) - (end - start)
             self._replaced[buffer].append(_Piece(start, end, data + bytes(-growth % _ALIGNMENT)))
         else:
+            if self._is_overrun(buffer):
+                buffer = self._new_buffer()
+                self.put(("bufferViews", view, "buffer"), buffer)
             self._appended[buffer].append((view, data))
 
     def finish(self) -> tuple[Document, Buffers]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from meshcone.assets.gltf.accessors import Accessors, Region
 from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
+from meshcone.assets.gltf.uses import views_of_extensions
 from meshcone.errors import InputError
 
 # Accessors may declare the same bytes any number of times; this bounds the time to compare them.
@@ -70,7 +71,7 @@ class Marks:
 
 
 def unreadable(document: Document, accessors: Accessors) -> frozenset[str]:
-    """Pointers to accessors and images that reach past their buffer, or are otherwise malformed.
+    """Pointers to what reaches past its buffer, or is malformed: accessors, images, buffer views.
 
     No viewer can read them. They are found before anything is appended to a buffer: what is
     appended can lie where they reach.
@@ -88,6 +89,11 @@ def unreadable(document: Document, accessors: Accessors) -> frozenset[str]:
                 accessors.view_extent(view)
         except InputError:
             found.add(image.pointer)
+    for view in _read_by_extensions(document, accessors):
+        try:
+            accessors.view_extent(view)
+        except InputError:
+            found.add(accessors.views[view].pointer)
     return frozenset(found)
 
 
@@ -119,3 +125,14 @@ def bystanders(
         if view is not None:
             start, length, buffer = accessors.view_extent(view)
             yield image.pointer, [Region(buffer, start, length, 1, 1)]
+    for number in _read_by_extensions(document, accessors):
+        pointer = accessors.views[number].pointer
+        if pointer not in ignored:
+            start, length, buffer = accessors.view_extent(number)
+            yield pointer, [Region(buffer, start, length, 1, 1)]
+
+
+def _read_by_extensions(document: Document, accessors: Accessors) -> list[int]:
+    """Buffer views that extensions of the document name, such as tables of properties."""
+    named = views_of_extensions(document.root)
+    return sorted({view for view in named if 0 <= view < len(accessors.views)})

@@ -35,7 +35,7 @@ def check_ownership(
         document: the document.
         accessors: its accessors.
         moving: what of its scene may move.
-        ignored: pointers to accessors and images that nothing can read.
+        ignored: pointers to what nothing can read.
 
     Raises:
         InputError: a mesh or accessor is used twice, a node or joints flatten what they place, or

@@ -40,7 +40,7 @@ def split_shared(
         accessors: its accessors.
         moving: what of its scene may move.
         limits: caps on sizes.
-        ignored: pointers to accessors and images that nothing can read.
+        ignored: pointers to what nothing can read.
 
     Returns:
         The document and its buffers, or None if nothing is shared.

@@ -13,7 +13,7 @@ from meshcone.assets.gltf.accessors import Accessor, Accessors, bounds
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.uses import accessor_uses, uses_of_primitive
+from meshcone.assets.gltf.uses import accessor_uses, uses_of_primitive, views_of_extensions
 
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 _STRIDE_ALIGNMENT = 4  # of vertex attributes (section 3.6.2.4)
@@ -21,9 +21,6 @@ _TYPES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126
 _INDEX_TYPES = ("<u1", "<u2", "<u4")
 # Members of an accessor that say where its elements are, or of which type.
 _PLACE = ("bufferView", "byteOffset", "sparse", "componentType", "normalized", "count")
-
-# Members that are buffer views in EXT_structural_metadata, and in what is named as in glTF itself.
-_VIEW_KEYS = {"bufferView", "values", "arrayOffsets", "stringOffsets"}
 
 
 class Tables:
@@ -173,19 +170,4 @@ def _all_views(document: Document, accessors: Accessors) -> Iterator[int]:
         yield from _views(accessor)
     for image in document.root.children("images"):
         yield from (view for view in [image.integer("bufferView")] if view is not None)
-    extensions = document.root.child("extensions")
-    if extensions is not None:
-        yield from _named_views(extensions.value)
-
-
-def _named_views(value: object) -> Iterator[int]:
-    """Buffer views in what extensions of the root say, such as tables of properties."""
-    if isinstance(value, dict):
-        for name, each in value.items():
-            if name in _VIEW_KEYS and isinstance(each, int) and not isinstance(each, bool):
-                yield each
-            else:
-                yield from _named_views(each)
-    elif isinstance(value, list):
-        for each in value:
-            yield from _named_views(each)
+    yield from views_of_extensions(document.root)

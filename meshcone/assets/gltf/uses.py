@@ -1,4 +1,4 @@
-"""What in a document reads an accessor, and as what."""
+"""What in a document reads an accessor, and as what; which buffer views extensions read."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.extensions import INSTANCING, MANIFOLD, OUTLINE, extension_of
+
+# Members that are buffer views in EXT_structural_metadata, and in what is named as in glTF itself.
+_VIEW_KEYS = {"bufferView", "values", "arrayOffsets", "stringOffsets"}
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,25 @@ def manifold_of(mesh: Element) -> Element | None:
     """The primitive that EXT_mesh_manifold says is the whole of a mesh; nothing draws it."""
     manifold = extension_of(mesh, MANIFOLD)
     return None if manifold is None else manifold.child("manifoldPrimitive")
+
+
+def views_of_extensions(root: Element) -> Iterator[int]:
+    """Buffer views in what extensions of the root say, such as tables of properties and sounds."""
+    extensions = root.child("extensions")
+    if extensions is not None:
+        yield from _named_views(extensions.value)
+
+
+def _named_views(value: object) -> Iterator[int]:
+    if isinstance(value, dict):
+        for name, each in value.items():
+            if name in _VIEW_KEYS and isinstance(each, int) and not isinstance(each, bool):
+                yield each
+            else:
+                yield from _named_views(each)
+    elif isinstance(value, list):
+        for each in value:
+            yield from _named_views(each)
 
 
 def _named(

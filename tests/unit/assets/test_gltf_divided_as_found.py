@@ -118,3 +118,17 @@ def test_an_accessor_named_by_a_number_with_a_point_is_divided() -> None:
     gltf.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 1.0
     after, _ = divided(gltf.glb(), [0])
     assert len(table(after, 1)) == 5
+
+
+def test_what_reaches_past_its_buffer_does_not_begin_to_read_what_is_appended() -> None:
+    gltf = square(TEXCOORD_0=SQUARE[:, :2])
+    past = {"buffer": 0, "byteOffset": 0, "byteLength": len(gltf.binary) + 4}
+    gltf.json["bufferViews"].append(past)
+    gltf.json["images"] = [{"bufferView": len(gltf.json["bufferViews"]) - 1}]
+
+    after, _ = divided(gltf.glb(), SIDES)
+
+    document, _ = chunks(after)
+    assert document["buffers"][0]["byteLength"] == len(gltf.binary)
+    assert document["bufferViews"][document["images"][0]["bufferView"]] == past
+    assert len(read_asset("a.glb", after).faces) > 2

@@ -268,3 +268,22 @@ def test_hundreds_of_primitives_may_each_declare_one_run_of_vertices() -> None:
     gltf.node(mesh=0)
     for policy in (SPLIT, WritePolicy(instances="refuse")):
         read_asset("mesh.glb", gltf.glb()).ensure_writable(policy)
+
+
+def test_a_table_of_properties_within_the_bytes_of_positions_stays() -> None:
+    gltf = cube_gltf()
+    values = dict(gltf.json["bufferViews"][0]) | {"byteLength": 24}
+    gltf.json["bufferViews"].append(values)
+    table_view = len(gltf.json["bufferViews"]) - 1
+    properties = {"count": 6, "properties": {"height": {"values": table_view}}}
+    gltf.json["extensions"] = {"EXT_structural_metadata": {"propertyTables": [properties]}}
+    with pytest.raises(InputError, match="shares bytes") as refused:
+        read_asset("mesh.glb", gltf.glb()).ensure_writable(WritePolicy(instances="refuse"))
+    assert refused.value.place == f"/bufferViews/{table_view}"
+
+    _, data = moved(gltf)
+
+    document, binary = chunks(data)
+    assert document["extensions"] == gltf.json["extensions"]
+    assert document["bufferViews"][table_view] == values
+    assert binary[:24] == gltf.binary[:24]
