@@ -25,18 +25,22 @@ from meshcone.json_text import parse_json
 from meshcone.options import Mode
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 
+_DEEPEST = 64  # parts of a name that a gate could have
 
-def _joined(table: Any) -> Any:
+
+def _joined(table: Any, depth: int = 0) -> Any:
     """Join the names of values that TOML splits at unquoted dots.
 
     A bound is never a table, so a table of nothing but tables is the beginning of a name.
     """
     if not isinstance(table, Mapping):
         return table
+    if depth > _DEEPEST:
+        raise ValueError(f"is nested too deeply: no value's name has {_DEEPEST} parts")
     joined: dict[str, Any] = {}
     for name, value in table.items():
         if isinstance(value, Mapping) and value and all(map(_is_table, value.values())):
-            joined |= {f"{name}.{tail}": rule for tail, rule in _joined(value).items()}
+            joined |= {f"{name}.{tail}": rule for tail, rule in _joined(value, depth + 1).items()}
         else:
             joined[name] = value
     return joined
@@ -46,7 +50,7 @@ def _is_table(value: object) -> bool:
     return isinstance(value, Mapping)
 
 
-Rules = Annotated[dict[str, LevelRules], BeforeValidator(_joined)]
+Rules = Annotated[dict[str, LevelRules], BeforeValidator(lambda table: _joined(table))]
 
 
 class _Section(BaseModel):

@@ -127,6 +127,13 @@ def _compare_words(
     return _Finding(value, None, "pass" if fits else "fail", sentence)
 
 
+def _as_number(value: object) -> float | None:
+    """A value that a ratio can be to; None where the report leaves it open or has none."""
+    if isinstance(value, bool) or not isinstance(value, float | int):
+        return None
+    return float(value)
+
+
 _RULES = {"all_match": "must match", "none_match": "must not match"}
 
 
@@ -156,7 +163,8 @@ class _Comparison:
         """Compare the value the report states."""
         base = self._base()
         if self._is_ratio and base is None:
-            why = "not tested, because the reference has no such value"
+            whose = self.bound.rpartition("_")[2]
+            why = f"not tested, because the {whose} has no such value"
             return _Finding(value, None, "not_tested", f"{name_of(self.key)}: {why}")
         limit = self.allowed if base is None else self.allowed * base
         if self.bound.endswith("_model"):
@@ -241,11 +249,10 @@ class _Comparison:
         """What a ratio is to: the same of the input, the floor or the reference."""
         if self.bound.endswith("_to_reference"):
             found = find(self.report, in_reference(self.key))
-            value = None if found is None else found.value
-            return float(value) if isinstance(value, float | int) else None
+            return _as_number(None if found is None else found.value)
         for section in ("input", "floor"):
             if self.bound.endswith(f"_to_{section}"):
-                return float(value_at(self.report, f"quality.{section}.{self.key}"))
+                return _as_number(value_at(self.report, f"quality.{section}.{self.key}"))
         return None
 
     def _words(

@@ -186,6 +186,13 @@ def _list_of(member: Any, path: str) -> Iterator[tuple[str, Known]]:
 
 
 def _leaves_of_union(members: tuple[Any, ...], path: str) -> Iterator[tuple[str, Known]]:
+    """Names at and below a field of several types; a value of two kinds no bound would fit."""
     stated = [each for each in members if each not in (NoneType, Literal["not_tested"])]
+    found: dict[str, list[Known]] = {}
     for member in stated:
-        yield from _leaves_of(member, path)
+        for name, known in _leaves_of(member, path):
+            found.setdefault(name, []).append(known)
+    for name, (first, *others) in found.items():
+        if all(each.kind == first.kind for each in others):
+            choices = [each.choices for each in (first, *others)]
+            yield name, Known(first.kind, sum(choices, ()) if all(choices) else ())

@@ -112,6 +112,32 @@ def test_a_ratio_to_the_floor_is_to_what_the_reference_scores(report: MeasureRep
     assert "the floor" in failed.words
 
 
+@pytest.mark.parametrize("whose", ["input", "floor"])
+def test_a_ratio_to_what_has_no_such_value_is_not_tested(refinement: Report, whose: str) -> None:
+    """Before a refinement, nothing has turned a face over."""
+    assert refinement.quality.input.validity.flipped_faces is None
+
+    found = check(refinement, "validity.flipped_faces", **{f"max_ratio_to_{whose}": 1})
+
+    assert found.status == "not_tested"
+    assert found.words.endswith(f"not tested, because the {whose} has no such value")
+
+
+@pytest.mark.parametrize("key", ["validity.self_intersections", "validity.cracks"])
+def test_points_have_no_floor_of_faces(report: MeasureReport, key: str) -> None:
+    """What a report says of a reference of points."""
+    floor = report.quality.floor
+    counted = {"self_intersections": "not_tested", "cracks": None}
+    validity = floor.validity.model_copy(update=counted)
+    quality = report.quality.model_copy(
+        update={"floor": floor.model_copy(update={"validity": validity})}
+    )
+
+    found = check(report.model_copy(update={"quality": quality}), key, max_ratio_to_floor=1)
+
+    assert found.status == "not_tested"
+
+
 def test_a_multiple_of_a_floor_of_rounding_allows_rounding() -> None:
     same = measured(reference())
     other = measured(spiked(HEIGHT)[0])
