@@ -23,7 +23,7 @@ def budget_of(subject: Subject, pictures: tuple[Picture, ...]) -> Budget:
         file_bytes=len(subject.file.data),
         total_bytes=len(subject.file.data) + sum(map(len, subject.file.resources.values())),
         buffer_bytes=content.buffer_bytes,
-        image_bytes=sum(len(image.data or b"") for image in content.images),
+        image_bytes=_image_bytes([image.data for image in content.images]),
         gpu_geometry_bytes=sum(primitive.gpu_bytes for primitive in primitives),
         gpu_texture_bytes=_texture_bytes(texels),
         triangles=len(subject.asset.triangles),
@@ -44,6 +44,11 @@ def budget_of(subject: Subject, pictures: tuple[Picture, ...]) -> Budget:
         extensions_used=content.extensions_used,
         extensions_required=content.extensions_required,
     )
+
+
+def _image_bytes(images: list[bytes | None]) -> int | None:
+    known = [len(data) for data in images if data is not None]
+    return None if len(known) < len(images) else sum(known)
 
 
 def _texture_bytes(texels: list[int | None]) -> int | None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from meshcone.assets.pictures import (
 )
 from meshcone.auditing.records.textures import ImageRecord, Textures
 from meshcone.auditing.subject import Subject
+
+Number = TypeVar("Number", int, float)
 
 _BASE_COLOR, _NORMAL = "base_color", "normal"
 _COLOR_SLOTS = (_BASE_COLOR, "emissive", "diffuse", "specularColor", "sheenColor")
@@ -39,9 +42,7 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         for number, (picture, look) in enumerate(zip(pictures, looks, strict=True))
     )
     base_colors = [each for each in records if _BASE_COLOR in each.used_as]
-    sized = [each for each in records if each.width is not None and each.height is not None]
-    widths = [each.width or 0 for each in sized]
-    heights = [each.height or 0 for each in sized]
+    widths, heights = [each.width for each in records], [each.height for each in records]
     return Textures(
         count=len(records),
         names=tuple(each.name for each in records),
@@ -49,12 +50,12 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         missing=sum(picture.fault == "missing" for picture in pictures),
         unreadable=sum(picture.fault not in (None, "missing") for picture in pictures),
         not_tested=sum(not look.tested for look in looks),
-        not_power_of_two=sum(each.power_of_two is False for each in records),
-        not_square=sum(each.square is False for each in records),
-        largest_width=max(widths, default=0),
-        largest_height=max(heights, default=0),
-        smallest_width=min(widths, default=0),
-        smallest_height=min(heights, default=0),
+        not_power_of_two=_count(_not(each.power_of_two) for each in records),
+        not_square=_count(_not(each.square) for each in records),
+        largest_width=_side(widths, max),
+        largest_height=_side(heights, max),
+        smallest_width=_side(widths, min),
+        smallest_height=_side(heights, min),
         duplicates=sum(len(group) - 1 for group in grouped_by_content(pictures)),
         unused=sum(not each.used_as for each in records),
         wrong_color_space=_count(
@@ -198,6 +199,18 @@ def _count(verdicts: Iterable[bool | None]) -> int | None:
     return None if None in found else sum(map(bool, found))
 
 
+def _not(verdict: bool | None) -> bool | None:
+    return None if verdict is None else not verdict
+
+
+def _side(values: Sequence[int | None], choose: Callable[[list[int]], int]) -> int | None:
+    """The least or the greatest; 0 without any, None where one is not known."""
+    known = _all_known(values)
+    if len(known) < len(values):
+        return None
+    return choose(known) if known else 0
+
+
 def _least(values: Iterable[float | None]) -> float | None:
     return min(_all_known(values), default=None)
 
@@ -206,7 +219,7 @@ def _greatest(values: Iterable[float | None]) -> float | None:
     return max(_all_known(values), default=None)
 
 
-def _all_known(values: Iterable[float | None]) -> list[float]:
+def _all_known(values: Iterable[Number | None]) -> list[Number]:
     """The values; none of them where one is not known."""
     found = list(values)
     known = [value for value in found if value is not None]

@@ -30,6 +30,10 @@ def uv_of(subject: Subject, pictures: tuple[Picture, ...]) -> Uv:
     charts = list(_charts(subject, pictures))
     centres = _MOST_CENTRES // max(len(charts), 1)
     found = tuple(_inspect(chart, centres, subject.seen) for chart in charts)
+    medians = (each.texel_density_median for each in found)
+    densities = [each for each in medians if each is not None]
+    if any(chart.texels is None and chart.textured for chart in charts):
+        densities = []  # a texture whose size is not known could be the one that matters
     return Uv(
         sets=len(found),
         missing=sum(each.missing for each in found),
@@ -40,8 +44,8 @@ def uv_of(subject: Subject, pictures: tuple[Picture, ...]) -> Uv:
         overlap_share=_worst(each.overlap_share for each in found),
         inverted_share=max((each.inverted_share for each in found), default=0.0),
         unused_share=_worst(each.unused_share for each in found),
-        texel_density_min=_least(each.texel_density_median for each in found),
-        texel_density_max=_greatest(each.texel_density_median for each in found),
+        texel_density_min=min(densities, default=None),
+        texel_density_max=max(densities, default=None),
         gutter=_narrowest(found),
         by_material=found,
     )
@@ -56,7 +60,8 @@ class _Chart:
         has: (k,) whether the file has the set there at all.
         areas: (k,) in model units squared.
         solid: (k,) whether they have an area.
-        texels: width and height of the texture, if there is one that could be read.
+        textured: whether a texture is read through the set.
+        texels: its width and height, if they could be read.
     """
 
     number: int
@@ -65,6 +70,7 @@ class _Chart:
     has: Bools
     areas: Floats
     solid: Bools
+    textured: bool
     texels: tuple[int, int] | None
 
 
@@ -100,6 +106,7 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
                 has=np.concatenate(has),
                 areas=subject.listed.face_areas[rows],
                 solid=subject.solid[rows],
+                textured=use is not None,
                 texels=(size[0], size[1]) if size[0] and size[1] else None,
             )
 
@@ -220,14 +227,6 @@ def _worst(values: Iterator[float | None]) -> float | None:
     found = list(values)
     known = [value for value in found if value is not None]
     return None if len(known) < len(found) else max(known, default=0.0)
-
-
-def _least(values: Iterator[float | None]) -> float | None:
-    return min((value for value in values if value is not None), default=None)
-
-
-def _greatest(values: Iterator[float | None]) -> float | None:
-    return max((value for value in values if value is not None), default=None)
 
 
 def _narrowest(found: tuple[UvSet, ...]) -> int | None:

@@ -38,7 +38,7 @@ def judge(report: AnyReport, gates: GateTable) -> GateVerdict:
     """Check every bound against a report.
 
     A value the report leaves open is ``not_tested``, which is no pass. A bound itself is
-    allowed. What is smaller than rounding counts as 0, so that a multiple of a floor of 0
+    allowed. A distance smaller than rounding counts as 0, so that a multiple of a floor of 0
     allows 0 and nothing else; the ends of a proven interval are compared as they are.
 
     Args:
@@ -231,10 +231,10 @@ class _Comparison:
 
     @property
     def _rounding(self) -> float:
-        """What counts as 0, in the unit of the comparison; nothing where ends are proven."""
-        if self.key.partition(".")[0] == _PROVEN:
+        """What counts as 0, in the unit of the comparison: of distances that are not proven."""
+        if self.key.partition(".")[0] == _PROVEN or not is_distance(self.key):
             return 0.0
-        in_model_units = self.bound.endswith("_model") and is_distance(self.key)
+        in_model_units = self.bound.endswith("_model")
         return ROUNDING * self._radius / self._unit.length if in_model_units else ROUNDING
 
     @property

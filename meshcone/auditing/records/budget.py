@@ -13,7 +13,10 @@ class Budget(Section):
     file_bytes: int = Field(description="size of the file itself")
     total_bytes: int = Field(description="size of the file and of what was sent with it")
     buffer_bytes: int = Field(description="size of all buffers, images in them included")
-    image_bytes: int = Field(description="size of all images, compressed as they are stored")
+    image_bytes: int | None = Field(
+        description="size of all images, compressed as they are stored; null where one was not "
+        "sent or cannot be had"
+    )
     gpu_geometry_bytes: int = Field(
         description="vertex attributes and indices of every mesh that is drawn, as stored"
     )

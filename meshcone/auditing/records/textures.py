@@ -41,12 +41,29 @@ class Textures(Section):
     missing: int = Field(description="images that were not sent or cannot be had")
     unreadable: int = Field(description="images that are damaged or of an unknown format")
     not_tested: int = Field(description="images whose pixels were not decoded")
-    not_power_of_two: int = Field(description="images with a side that is no power of two")
-    not_square: int = Field(description="images that are wider or higher")
-    largest_width: int = Field(description="texels of the widest")
-    largest_height: int = Field(description="texels of the highest")
-    smallest_width: int = Field(description="texels of the narrowest")
-    smallest_height: int = Field(description="texels of the lowest")
+    not_power_of_two: int | None = Field(
+        description="images with a side that is no power of two; null where the size of one could "
+        "not be read"
+    )
+    not_square: int | None = Field(
+        description="images that are wider or higher; null where the size of one could not be read"
+    )
+    largest_width: int | None = Field(
+        description="texels of the widest; null where the size of one could not be "
+        "read, 0 without any"
+    )
+    largest_height: int | None = Field(
+        description="texels of the highest; null where the size of one could not be "
+        "read, 0 without any"
+    )
+    smallest_width: int | None = Field(
+        description="texels of the narrowest; null where the size of one could not be "
+        "read, 0 without any"
+    )
+    smallest_height: int | None = Field(
+        description="texels of the lowest; null where the size of one could not be "
+        "read, 0 without any"
+    )
     duplicates: int = Field(description="images with the bytes of an earlier one")
     unused: int = Field(description="images that no material uses")
     wrong_color_space: int | None = Field(

@@ -64,10 +64,12 @@ class Uv(Section):
         "tested"
     )
     texel_density_min: float | None = Field(
-        description="least median of any material, in texels per model unit"
+        description="least median of any material, in texels per model unit; null where the "
+        "size of a texture could not be read, and without any"
     )
     texel_density_max: float | None = Field(
-        description="greatest median of any material, in texels per model unit"
+        description="greatest median of any material, in texels per model unit; null where the "
+        "size of a texture could not be read, and without any"
     )
     gutter: int | None = Field(description="narrowest of any set")
     by_material: tuple[UvSet, ...]

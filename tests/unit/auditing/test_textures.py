@@ -74,7 +74,65 @@ def test_images_are_what_pillow_says_they_are() -> None:
     assert first.luminance_mean == pytest.approx(ramp.mean(), abs=0.5)
     assert (first.luminance_p1, first.luminance_p99) == pytest.approx((2, 253), abs=1)
     assert (found.count, found.missing, found.unreadable) == (4, 1, 1)
-    assert (found.duplicates, found.not_square, found.unused) == (1, 2, 3)
+    assert (found.duplicates, found.not_square, found.unused) == (1, None, 3)
+
+
+def test_sizes_are_known_where_every_image_has_one() -> None:
+    document = one_square()
+    document.json["images"] += [{"bufferView": document.view(png((1, 2, 3), 30, 30))}]
+
+    found = audit(document).textures
+
+    assert (found.largest_width, found.largest_height) == (30, 30)
+    assert (found.smallest_width, found.smallest_height) == (16, 8)
+    assert (found.not_square, found.not_power_of_two) == (1, 1)
+
+
+def test_without_images_there_is_no_size_to_know() -> None:
+    document = one_square()
+    for name in ("images", "textures", "materials"):
+        del document.json[name]
+    del document.json["meshes"][0]["primitives"][0]["material"]
+
+    found = audit(document)
+
+    assert (found.textures.largest_width, found.textures.not_square) == (0, 0)
+    assert found.budget.image_bytes == 0
+
+
+UNREADABLE = {"uri": "data:image/png;base64,AAAAAAAAAAAA"}
+
+
+@pytest.mark.parametrize("image", [UNREADABLE, {"uri": "not-sent.png"}, {}])
+def test_sizes_are_open_where_one_image_has_none(image: dict[str, str]) -> None:
+    document = one_square()
+    document.json["images"].append(image)
+
+    found = audit(document).textures
+
+    sizes = {
+        *(found.largest_width, found.largest_height, found.smallest_width, found.smallest_height),
+        *(found.not_square, found.not_power_of_two),
+    }
+    assert sizes == {None}
+
+
+def test_bytes_of_images_are_open_where_one_was_not_sent() -> None:
+    document = one_square()
+    document.json["images"].append({"uri": "not-sent.png"})
+
+    assert audit(document).budget.image_bytes is None
+    assert audit(one_square()).budget.image_bytes == len(png((90, 90, 90), 16, 8))
+
+
+def test_texel_density_is_open_where_a_texture_has_no_known_size() -> None:
+    document = one_square()
+    document.json["images"] = [UNREADABLE]
+
+    found = audit(document).uv
+
+    assert (found.texel_density_min, found.texel_density_max) == (None, None)
+    assert audit(one_square()).uv.texel_density_min is not None
 
 
 def test_an_image_that_is_colour_and_data_at_once_is_told() -> None:
