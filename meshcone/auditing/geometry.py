@@ -26,6 +26,9 @@ _SLIVER = 0.01  # height over the longest side
 _ON_EDGE = 1e-6  # of the diagonal: how near a vertex is on an edge
 _MOST_NEIGHBOURS = 5_000_000
 _PAIRS_PER_FACE = 100
+_DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])  # of a piece's corners that are tested
+_MOST_TESTED = 50_000  # corners of all pieces; one of each is, however many there are
+_ENCLOSED = 0.5  # of a winding number
 
 
 def geometry_of(subject: Subject, validity: Validity | None = None) -> Geometry:
@@ -72,8 +75,12 @@ class _Pieces:
         volumes: (p,) signed, about any point for those that are closed.
         closed: (p,) whether every edge has two faces that agree on what is outside.
         low, high: (p, 3) corners of each box.
+        mesh: the surface.
+        of_face: (m,) which part each face is of.
     """
 
+    mesh: Mesh
+    of_face: Ints
     areas: Floats
     volumes: Floats
     closed: Bools
@@ -97,6 +104,8 @@ class _Pieces:
         np.minimum.at(low, of_face, mesh.corners.min(axis=1))
         np.maximum.at(high, of_face, mesh.corners.max(axis=1))
         return _Pieces(
+            mesh=mesh,
+            of_face=of_face,
             areas=np.asarray(np.bincount(of_face, mesh.face_areas), dtype=np.float64),
             volumes=np.asarray(np.bincount(of_face, signed), dtype=np.float64),
             closed=closed,
@@ -111,16 +120,28 @@ class _Pieces:
 
     def inside_out_share(self) -> float:
         """Share of the area in closed pieces that face inwards and are not cavities."""
-        inwards = np.flatnonzero(self.closed & (self.volumes < 0))
-        outer = np.flatnonzero(self.closed & (self.volumes > 0))
-        largest = outer[np.argsort(-self.volumes[outer])][:1000]
-        wrong = [piece for piece in inwards.tolist() if not self._is_within(piece, largest)]
+        wrong = self.closed & (self.volumes < 0)
+        outer = self.closed & (self.volumes > 0)
+        inwards = np.flatnonzero(wrong)
+        if len(inwards) and outer.any():
+            wrong[inwards[self._enclosed(inwards, outer)]] = False
         return float(self.areas[wrong].sum()) / (float(self.areas.sum()) or 1.0)
 
-    def _is_within(self, piece: int, others: Ints) -> bool:
-        below = (self.low[others] <= self.low[piece]).all(axis=1)
-        above = (self.high[others] >= self.high[piece]).all(axis=1)
-        return bool((below & above).any())
+    def _enclosed(self, pieces: Ints, outer: Bools) -> Bools:
+        """(k,) which pieces lie within what the outer ones enclose, at all of a few corners."""
+        rows = np.full(len(self.areas), -1)
+        rows[pieces] = np.arange(len(pieces))
+        corners = self.mesh.faces[rows[self.of_face] >= 0]
+        owners = np.repeat(rows[self.of_face[rows[self.of_face] >= 0]], 3)
+        directions = _DIRECTIONS[: max(1, _MOST_TESTED // len(pieces))]
+        enclosed = np.ones(len(pieces), dtype=bool)
+        around = Mesh(self.mesh.vertices, self.mesh.faces[outer[self.of_face]])
+        for direction in directions:
+            order = np.lexsort((self.mesh.vertices[corners.ravel()] @ direction, owners))
+            _, first = np.unique(owners[order], return_index=True)
+            farthest = self.mesh.vertices[corners.ravel()[order[first]]]
+            enclosed &= np.atleast_1d(around.windings.winding_number(farthest)) > _ENCLOSED
+        return enclosed
 
 
 def _slivers(mesh: Mesh) -> int:

@@ -85,6 +85,39 @@ def test_pieces_that_face_inwards_are_told_from_cavities() -> None:
     assert (wrong.pieces, wrong.closed_pieces) == (2, 2)
 
 
+def test_what_lies_in_the_hole_of_a_ring_is_no_cavity() -> None:
+    ring = trimesh.creation.torus(major_radius=2, minor_radius=0.4)
+    ball = trimesh.creation.icosphere(1, 0.3)
+    ball.invert()
+
+    beside = audit_obj((ring + ball).export(file_type="obj").encode()).geometry
+    ball.apply_translation((2, 0, 0))
+    within = audit_obj((ring + ball).export(file_type="obj").encode()).geometry
+    ball.apply_translation((0.3, 0, 0))
+    through = audit_obj((ring + ball).export(file_type="obj").encode()).geometry
+
+    share = ball.area / (ring.area + ball.area)
+    assert beside.inside_out_share == pytest.approx(share)
+    assert within.inside_out_share == 0
+    assert through.inside_out_share == pytest.approx(share)
+
+
+def test_a_cavity_of_any_of_many_solids_is_one() -> None:
+    solids = []
+    for number in range(1100):
+        for size in (1.0, -0.5):
+            box = trimesh.creation.box((abs(size),) * 3)
+            if size < 0:
+                box.invert()
+            box.apply_translation((2.0 * number, 0, 0))
+            solids.append(box)
+    whole = trimesh.util.concatenate(solids)
+
+    found = audit_obj(whole.export(file_type="obj").encode()).geometry
+
+    assert (found.pieces, found.inside_out_share) == (2200, 0)
+
+
 def test_debris_slivers_and_unused_vertices_are_counted() -> None:
     data = (
         b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\n"
