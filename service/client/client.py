@@ -156,7 +156,7 @@ class Client(BatchCalls):
         """Send a file that many jobs will name, unless the service has it; without resources."""
         digest = hashlib.sha256(file.data).hexdigest()
         path = f"/v1/blobs/{digest}"
-        # Sent again, it would only be kept for longer: that is what a job that names it does.
+        # The question has a file that was sent kept for as long as if it were sent again.
         if self._transport.answer("HEAD", path).status_code != httpx2.codes.OK:
             self._transport.request("PUT", path, content=file.data)
         return NamedBlob(name=file.name, sha256=digest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +18,9 @@ from meshcone.options import OPTIONS_VERSION
 from service.api.app import create_app
 from service.api.routes.events import Events
 from service.settings import ServiceSettings
-from worker.broker.connections import connect_bytes
+from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.ledger_keys import BLOB_LEASES
 from worker.jobs.queue import JobQueue
 
 
@@ -148,3 +150,19 @@ def test_a_request_repeated_with_its_defaults_written_out_is_the_same(
 def an_app(broker: EmbeddedBroker, data_dir: Path) -> FastAPI:
     settings = ServiceSettings(redis_url=broker.url, data_dir=data_dir)
     return create_app(settings, keys_required=False)
+
+
+def test_a_file_that_is_said_to_be_there_is_kept_as_if_it_had_been_sent(tmp_path: Path) -> None:
+    digest = hashlib.sha256(b"mug").hexdigest()
+    with (
+        EmbeddedBroker(tmp_path) as broker,
+        TestClient(an_app(broker, tmp_path), "http://127.0.0.1:8000") as http,
+        connect_text(broker.url) as redis,
+    ):
+        http.put(f"/v1/blobs/{digest}", content=b"mug")
+        [(lease, until)] = redis.zrange(BLOB_LEASES, 0, -1, withscores=True)
+        redis.zadd(BLOB_LEASES, {lease: until - 80_000})  # as most of a day later
+
+        assert http.head(f"/v1/blobs/{digest}").status_code == 200
+
+        assert redis.zscore(BLOB_LEASES, lease) >= until

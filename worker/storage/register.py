@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 from worker.jobs import blob_scripts
 from worker.jobs.identifiers import DEFAULT_PROJECT
-from worker.jobs.ledger_keys import DOOMED_BLOBS, blobs_of
+from worker.jobs.ledger_keys import BLOB_LEASES, DOOMED_BLOBS, blobs_of
 
 if TYPE_CHECKING:
     from redis import Redis
@@ -69,6 +69,15 @@ class BlobRegister:
     def lease_upload(self, digest: str, project: str, seconds: int) -> None:
         """Keep a file that a project has sent, for a time in which its jobs can name it."""
         self.lease([digest], _uploads_of(project), seconds)
+
+    def prolong_upload(self, digest: str, project: str, seconds: int) -> None:
+        """Keep such a file for a time from now on, if it is kept as one still.
+
+        A file that only jobs hold is not made one: it is to go with the last of them.
+        """
+        until = float(self._client.time()[0]) + seconds
+        lease = f"{digest}/{_uploads_of(project)}"
+        self._client.zadd(BLOB_LEASES, {lease: until}, xx=True, gt=True)
 
     def is_had(self, digest: str, project: str | None) -> bool:
         """Whether a project has a file: it has sent it, or jobs of it have it.

@@ -85,7 +85,12 @@ async def put_blob(
     summary="Ask for a file",
 )
 def head_blob(sha256: Digest, context: ContextDependency, sender: SenderDependency) -> Response:
-    """Whether a file is there, and need not be sent."""
+    """Whether a file is there, and need not be sent.
+
+    One that was sent is kept for as long as if it had been sent again, for a key that may name it.
+    """
+    if sender.key is None or sender.key.allows("submit"):
+        context.register.prolong_upload(sha256, sender.project, context.settings.upload_ttl)
     unknown = ProblemError(problem("not-found", "there is no file of this hash"))
     if not context.register.is_had(sha256, sender.view):
         raise unknown
