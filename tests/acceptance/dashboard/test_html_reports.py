@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from meshcone.files import MeshFile
+from tests.acceptance.dashboard.barriers import barriers
 from tests.acceptance.dashboard.browsing import difference, open_tab, pixels, warm, watched_page
 from tests.commands import meshcone
 from tests.painted import encoded, painted, picture
@@ -148,3 +149,29 @@ def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
     expect(offline.locator(".places button[aria-pressed=true]")).to_have_count(1)
     offline.get_by_role("link", name="all assets").click()
     expect(rows).to_have_count(3)
+
+
+def test_a_report_has_no_serious_barrier_in_light_or_dark(
+    tmp_path: Path, browser: Browser, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    for file in (rough_ball, ball):
+        (tmp_path / file.name).write_bytes(file.data)
+    (tmp_path / "gates.toml").write_text('[gates]\n"point_to_surface.max" = { max = 0.001 }\n')
+    done = meshcone(
+        tmp_path, "gate", "rough.obj", "ball.obj", "--gates", "gates.toml", "--html", "g.html"
+    )
+    assert done.returncode == 1, done.stderr
+
+    found = []
+    with watched_page(browser, "file://") as (page, _):
+        page.context.set_offline(True)
+        page.goto((tmp_path / "g.html").as_uri())
+        page.wait_for_selector("[data-ready]")
+        for tab in ("Changes", "Metrics", "Audit"):
+            open_tab(page, tab)
+            found += barriers(page, "[role=tabpanel]:not([hidden])")
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+            found += [f"{scheme}: {each}" for each in barriers(page)]
+
+    assert found == []
