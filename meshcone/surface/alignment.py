@@ -19,6 +19,8 @@ AlignmentMethod = Literal["none", "correspondence", "icp"]
 _WORTHWHILE = 0.01
 # A fit this close, relative to the reference's radius, cannot be told from a perfect one.
 _PERFECT = 1e-6
+# Vertices that correspond lie within noise of each other after the motion that fits them best.
+_CORRESPONDING = 0.02
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class Alignment:
 def align(source: Mesh, reference: Mesh, mode: AlignmentMode, seed: int) -> Alignment:
     """Find the motion that brings ``source`` closest to ``reference``.
 
-    Meshes with the same faces correspond vertex by vertex, and the best motion has a closed
-    form (Umeyama 1991); others are searched for it. A mirror image is never the answer.
+    Where meshes with the same faces correspond vertex by vertex, the best motion has a closed
+    form (Umeyama 1991). Others are searched for it, and so are those it leaves apart: boxes and
+    grids have the same faces whatever way they lie. A mirror image is never the answer.
 
     Args:
         source: the mesh to move; of positive area.
@@ -61,13 +64,15 @@ def align(source: Mesh, reference: Mesh, mode: AlignmentMode, seed: int) -> Alig
     frame = Frame.of(reference)
     framed_source, framed_reference = _framed(source, frame), _framed(reference, frame)
     registration = Registration(framed_source, framed_reference, seed)
-    method: AlignmentMethod
+    scaled = mode == "similarity"
+    method: AlignmentMethod = "correspondence"
+    matrix: Floats | None = None
     if _correspond(source, reference):
-        method = "correspondence"
-        matrix = _closed_form(framed_source, framed_reference, scaled=mode == "similarity")
-    else:
-        method = "icp"
-        matrix = registration.search(scaled=mode == "similarity")
+        matrix = _closed_form(framed_source, framed_reference, scaled=scaled)
+    if matrix is None or registration.matches(matrix).rms() > _CORRESPONDING:
+        searched = registration.search(scaled=scaled)
+        if matrix is None or _misfit(registration, searched) < _misfit(registration, matrix):
+            method, matrix = "icp", searched
     before = registration.matches(np.eye(4)).rms()
     after = registration.matches(matrix).rms()
     if after < (1 - _WORTHWHILE) * before and before - after > _PERFECT:
@@ -100,6 +105,10 @@ def distances_under(
         registration.matches(motion).rms() for motion in (np.eye(4), into @ matrix @ out_of)
     )
     return before * frame.radius, after * frame.radius
+
+
+def _misfit(registration: Registration, matrix: Floats) -> float:
+    return registration.matches(matrix).misfit()
 
 
 def _framed(mesh: Mesh, frame: Frame) -> Mesh:

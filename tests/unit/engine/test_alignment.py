@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from meshcone.assets import read_asset
@@ -104,3 +105,15 @@ def test_an_aligned_refinement_verifies(
 def test_an_unknown_alignment_is_refused_by_name():
     with pytest.raises(InputError, match="align"):
         parse_options({"align": "affine"})
+
+
+def test_boxes_of_one_generator_are_turned_though_their_faces_are_equal() -> None:
+    def box(*sides: float) -> MeshFile:
+        made = trimesh.creation.box(extents=sides)
+        return MeshFile("box.obj", obj(Mesh(made.vertices, made.faces)))
+
+    answer = refine(box(3, 1, 2), box(1, 2, 3), parse_options({"align": "rigid"}))
+
+    assert answer.report.alignment is not None
+    assert answer.report.alignment.after < 1e-6
+    assert answer.report.outcome == "indistinguishable"
