@@ -32,7 +32,11 @@ _FELT = 0.25
 _FEWEST_DEFECTS, _FEW_SHARE = 4, 0.05
 _DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
 
-_LARGEST = "the largest"
+_MEAN, _LARGEST = "the mean", "the largest"
+# Below this share of the radius a distance or a move is the rounding of the file's own numbers.
+ROUNDING = 1e-7
+# Two means that differ by less than so many standard errors may differ by the samples alone.
+STANDARD_ERRORS = 2.0
 
 
 @dataclass(frozen=True)
@@ -120,15 +124,19 @@ class HarmCheck:
         largest = was.max
         if now.largest > _allowed(largest, _MAX_SHARE, _MAX_ROUNDING):
             largest = self.input.largest  # which is at least that of its samples
-        return {
+        grown = {
             what: (before, after)
             for what, before, after, share, rounding in (
-                ("the mean", was.mean, reached.mean, _MEAN_SHARE, 0.0),
+                (_MEAN, was.mean, reached.mean, _MEAN_SHARE, 0.0),
                 ("the 95th percentile of the", was.p95, reached.p95, _P95_SHARE, _P95_ROUNDING),
                 (_LARGEST, largest, now.largest, _MAX_SHARE, _MAX_ROUNDING),
             )
             if after > _allowed(before, share, rounding)
         }
+        lost = self.gain(now)
+        if lost.mean < -(STANDARD_ERRORS * lost.error + ROUNDING):  # no luck of the samples
+            grown[_MEAN] = was.mean, reached.mean
+        return grown
 
     def gain(self, now: Examined) -> Gain:
         """How much closer than the input a mesh is, and what of it may be luck of the samples."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 from meshcone.program.answer import RefinedPositions
+from meshcone.quality.harm import ROUNDING, STANDARD_ERRORS
 from meshcone.quality.records import Metrics
 from meshcone.report.report import Agreement, Outcome
 
-# Below this share of the radius a distance or a move is the rounding of the file's own numbers.
-ROUNDING = 1e-7
-# Two means that differ by less than so many standard errors may differ by the samples alone.
-_STANDARD_ERRORS = 2.0
+# The largest of many roundings, in single precision far from the middle.
+_LARGEST_ROUNDING = 1e-6
 
 
 def decide_outcome(
@@ -21,6 +20,8 @@ def decide_outcome(
     samples: int,
     largest_move: float,
     solved: RefinedPositions,
+    *,
+    is_opposed: bool = False,
 ) -> Outcome:
     """Name the outcome by the mean point-to-surface distance.
 
@@ -28,7 +29,7 @@ def decide_outcome(
 
     1. ``reference_copy``: the program was anchored at the reference's own vertices;
     2. ``misaligned``: source and reference do not fit, and nothing was solved;
-    3. ``indistinguishable``: input and refined are both at the floor;
+    3. ``indistinguishable``: input and refined are both at the floor, and face the right way;
     4. ``kept``: every answer was worse than the input somewhere, which is returned;
     5. ``unchanged``: no vertex moved by more than 1e-7 of the radius;
     6. ``undecided``: input and refined differ by no more than the floor and twice the standard
@@ -43,12 +44,13 @@ def decide_outcome(
         samples: drawn from each surface.
         largest_move: of any vertex, relative to the radius.
         solved: what the solver answered, and why it kept the input if it did.
+        is_opposed: whether the input, or a part of it, faces the other way.
     """
     if solved.copied_reference:
         return "reference_copy"
     if solved.misaligned is not None:
         return "misaligned"
-    if at_floor(before, floor) and at_floor(after, floor):
+    if at_floor(before, floor) and at_floor(after, floor) and not is_opposed:
         return "indistinguishable"
     if solved.kept_because:
         return "kept"
@@ -60,7 +62,7 @@ def decide_outcome(
         error = math.hypot(_standard_error(before, samples), _standard_error(after, samples))
     else:
         gain, error = solved.gain.mean, solved.gain.error
-    noise = floor.point_to_surface.mean + ROUNDING + _STANDARD_ERRORS * error
+    noise = floor.point_to_surface.mean + ROUNDING + STANDARD_ERRORS * error
     if abs(gain) <= noise or (gain > 0) is not (now < was):
         return "undecided"
     return "improved" if now < was else "worse"
@@ -79,12 +81,15 @@ def decide_agreement(measured: Metrics, floor: Metrics, *, is_opposed: bool) -> 
 
 
 def at_floor(measured: Metrics, floor: Metrics) -> bool:
-    """Whether a mesh lies as close to the reference as the reference to itself.
+    """Whether a mesh lies as close to the reference as the reference to itself, everywhere.
 
-    Point-to-surface distances are exact, so that their floor is rounding, and so is the
-    margin: 1e-7 of the radius.
+    Point-to-surface distances are exact, so that their floor is rounding, and so are the
+    margins: 1e-7 of the radius for the mean, 1e-6 for the largest. A small part that is missing
+    or astray is in the largest alone, of which the vertices of both are a part.
     """
-    return measured.point_to_surface.mean <= floor.point_to_surface.mean + ROUNDING
+    found, least = measured.point_to_surface, floor.point_to_surface
+    nowhere_far = found.max <= least.max + _LARGEST_ROUNDING
+    return nowhere_far and found.mean <= least.mean + ROUNDING
 
 
 def _standard_error(metrics: Metrics, samples: int) -> float:

@@ -98,3 +98,19 @@ def test_a_mesh_turned_inside_out_can_be_told_from_its_reference() -> None:
     turned = MeshFile("turned.obj", shapes.obj(vertices, faces[:, ::-1]))
 
     assert measure(turned, ball, parse_options({"mode": "measure"})).outcome == "different"
+
+
+def test_a_part_that_is_small_and_astray_is_told_from_rounding() -> None:
+    far = at(0.0).point_to_surface.model_copy(update={"max": 0.4})
+    found = at(0.0).model_copy(update={"point_to_surface": far})
+
+    assert decide_agreement(found, BALL.floor, is_opposed=False) == "different"
+    assert decide_outcome(found, found, BALL.floor, SAMPLES, 0.0, SOLVED) == "unchanged"
+
+
+def test_a_refinement_of_what_faces_the_other_way_is_not_indistinguishable() -> None:
+    same = at(0.0)
+
+    found = decide_outcome(same, same, BALL.floor, SAMPLES, 0.0, SOLVED, is_opposed=True)
+
+    assert found == "unchanged"
