@@ -38,6 +38,10 @@ class Formulated(abc.ABC):
             InputError: there is no such setting, round, or cone.
         """
 
+    def unmet(self) -> dict[str, int]:
+        """Count the cones that the source itself does not satisfy, by kind; here there are none."""
+        return {}
+
     @property
     def magnification(self) -> float:
         """Length in the frame of a unit of the program's own variable."""
@@ -88,6 +92,10 @@ class SurfaceFormulation(Formulated):
             labels,
             None if start is None else self.into_program(start),
         )
+
+    def unmet(self) -> dict[str, int]:
+        """See :meth:`Formulated.unmet`."""
+        return self.problems.problem(candidates(self.problems.options)[0]).unmet()
 
     def into_program(self, positions: Floats) -> Floats:
         """See :meth:`Formulated.into_program`."""

@@ -179,6 +179,10 @@ class Code(StrEnum):
         "solver.kept_input",
         "every answer was worse than the input somewhere; the input is returned as it was",
     )
+    SOLVER_CONES_UNMET = (
+        "solver.cones_unmet",
+        "the input is returned, and does not satisfy every constraint that was asked for",
+    )
     GATES_NONE = "gates.none", "no gate applies to the asset"
 
     def __new__(cls, value: str, meaning: str) -> Self:

@@ -25,6 +25,8 @@ _OPPOSED_WEIGHT = 0.02
 _FIRST_ROUND_OPPOSITION = -0.5
 # Samples within this distance of the source pull at it whatever its median distance is.
 _REACH_FLOOR = 0.02
+# A sample this far across an open border of the source lies on what the source lacks.
+_LACKING_IN_MEDIANS, _LACKING_FLOOR = 3.0, 0.05
 
 
 def round_objective(
@@ -50,7 +52,7 @@ def round_objective(
     agreement = structure.orientation * row_dot(moving.vertex_normals, normals)
     opposed = agreement < (_FIRST_ROUND_OPPOSITION if round_index == 0 else 0)
     carried_along = structure.lost | (
-        across_a_border(moving.vertices, closest, reference) & ~structure.border
+        across_a_border(moving.vertices, closest, reference.tree.mesh) & ~structure.border
     )
     weights = np.where(opposed, _OPPOSED_WEIGHT, 1.0)
     forward = PlanePull(
@@ -63,8 +65,8 @@ def round_objective(
     faces = options.faces if round_index >= options.faces_from else 0.0
     reverse = faces or options.reverse
     if round_index >= options.reverse_from and reverse > 0:
-        reach = options.reach * float(np.median(closest.distances)) + _REACH_FLOOR
-        pulls.append(_reverse_term(moving, reference, structure, options, reach, reverse))
+        median = float(np.median(closest.distances))
+        pulls.append(_reverse_term(moving, reference, structure, options, median, reverse))
     if faces > 0 and moving.face_areas.sum() > 0:
         seed = reference.seed + round_index
         pulls.append(_face_term(moving, reference, structure, options, carried_along, seed))
@@ -122,7 +124,7 @@ def _face_term(
     normals = reference.tree.mesh.face_normals.take(closest.faces, axis=0)
     agreement = structure.orientation * row_dot(samples.normals, normals)
     astray = carried_along[corners].any(axis=1)
-    astray |= across_a_border(samples.points, closest, reference)
+    astray |= across_a_border(samples.points, closest, reference.tree.mesh)
     weights = np.where(astray, 0.0, np.where(agreement < 0, _OPPOSED_WEIGHT, 1.0))
     pull = PlanePull(
         weights=options.faces * len(moving.vertices) / count * weights,
@@ -139,15 +141,24 @@ def _reverse_term(
     reference: PreparedReference,
     structure: SourceStructure,
     options: SurfaceOptions,
-    reach: float,
+    median: float,
     strength: float,
 ) -> _Pull:
+    """Pull at the mesh from samples of the reference, but for those it has nothing near.
+
+    What lies across an open border of the mesh is what the mesh lacks. Refining adds no surface,
+    and would only spread what there is.
+    """
+    reach = options.reach * median + _REACH_FLOOR
     on_source = SurfaceTree(moving).closest(reference.points)
     facing = structure.orientation * row_dot(
         moving.face_normals.take(on_source.faces, axis=0), reference.normals
     )
     lost = structure.lost[moving.faces].all(axis=1).take(on_source.faces)
-    counted = np.flatnonzero((facing > 0) & (on_source.distances < reach) & ~lost)
+    lacking = across_a_border(
+        reference.points, on_source, moving, _LACKING_IN_MEDIANS * median + _LACKING_FLOOR
+    )
+    counted = np.flatnonzero((facing > 0) & (on_source.distances < reach) & ~lost & ~lacking)
     faces = on_source.faces.take(counted)
     weight = strength * len(moving.vertices) / len(reference.points)
     pull = PlanePull(

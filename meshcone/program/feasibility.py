@@ -15,7 +15,6 @@ from scipy import sparse
 from meshcone.options import SolverOptions
 from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import assemble, everything
-from meshcone.program.round_solver import FEASIBILITY
 from meshcone.program.scs_solver import PrimalDual, solve
 from meshcone.surface.arrays import Floats
 
@@ -47,7 +46,7 @@ def require_feasible(
     Raises:
         ContradictionError: no mesh does.
     """
-    if all(family.violation(positions).max(initial=0.0) <= FEASIBILITY for family in families):
+    if not any(family.unmet(positions) for family in families):
         return
     x = positions.ravel()
     program = assemble(_NoObjective(len(x)), everything(families))

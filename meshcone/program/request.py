@@ -60,8 +60,11 @@ class RequestedCones:
         if self.pins is not None:
             families.append(self.pins)
         if self.band is not None:
-            vertices = np.arange(len(forward.targets))[:, None]
-            families.append(ToleranceBand(vertices, forward.targets, forward.normals, self.band))
+            held = np.arange(len(forward.targets))
+            if self.fixed is not None:
+                held = held[~self.fixed]
+            targets, normals = forward.targets[held], forward.normals[held]
+            families.append(ToleranceBand(held[:, None], targets, normals, self.band))
         if self.staying is not None:
             families += self.staying.families(moving, self.fixed)
         return families
@@ -69,7 +72,7 @@ class RequestedCones:
     def strays(self, source: Mesh) -> bool:
         """Whether a mesh is somewhere on the wrong side, or too near."""
         held = [] if self.staying is None else self.staying.families(source, self.fixed)
-        return any(family.violation(source.vertices).any() for family in held)
+        return any(family.unmet(source.vertices) for family in held)
 
 
 def resolve_cones(
@@ -96,6 +99,9 @@ def resolve_cones(
     caps = EdgeCaps.relative(source, default_factor).caps
     if asked.edge_cap is not None:
         caps = np.minimum(caps, _asked_caps(source, asked.edge_cap, radius))
+    if labels.fixed is not None:  # nothing is asked of what stays whatever is asked
+        staying_edges = labels.fixed[source.edges].all(axis=1)
+        caps = np.where(staying_edges, np.maximum(caps, source.edge_lengths), caps)
     pinned = _pinned_vertices(source, asked, labels)
     displacement = asked.max_displacement
     return RequestedCones(

@@ -16,7 +16,7 @@ import numpy as np
 from meshcone.errors import InternalError
 from meshcone.options import SolverOptions
 from meshcone.program.augmented import solve_by_multipliers
-from meshcone.program.cones import ConeFamily
+from meshcone.program.cones import FEASIBILITY, ConeFamily
 from meshcone.program.conic import (
     ConicProgram,
     QuadraticObjective,
@@ -39,8 +39,6 @@ _TIGHT, _LOOSE = 1e-2, 100.0
 # Linear systems it may solve and products it may take for that, over all selections of a round;
 # a round that only prepares the next one is worth fewer.
 _TIGHT_WORK, _LOOSE_WORK = (200, 20_000), (40, 4_000)
-# A cone exceeded by less than this share of the radius counts as satisfied.
-FEASIBILITY = 1e-7
 # Cones this close to their bound join the first selection: they are next to be violated.
 _NEARLY_TIGHT = 0.02
 

@@ -32,7 +32,7 @@ _LOOKED_AT_AGAIN = 2
 _DRIFT = 1.05
 # Where this share of the vertices lies on the reference, they may stay while the rest moves.
 _MOSTLY = 0.5
-# From this mean distance on, in the reference's radius, the source is stretched as well.
+# From this mean distance on, either way, in the reference's radius, the source is stretched too.
 _FAR = 0.06
 
 
@@ -93,11 +93,14 @@ class SurfaceRefiner:
     def _is_far(self, harm: HarmCheck) -> bool:
         """Tell whether the source is so far away that closest points mislead it.
 
-        What a caller asks of the answer is asked of the source; stretched it is another mesh.
+        Both ways: a source that is a part of its reference lies on it, and stretching would
+        spread it over what it lacks. What a caller asks of the answer is asked of the source;
+        stretched it is another mesh.
         """
         free = self._options.cones == ConeOptions() and self._problems.start is None
         small = len(self._source.vertices) <= LARGEST
-        return free and small and harm.input.distances.mean > _FAR
+        nearer = float(harm.input.distances.sampled.mean(axis=1).min())
+        return free and small and nearer > _FAR
 
     def _is_mostly_right(self, attempt: Attempt) -> bool:
         """Tell whether most vertices lie on the reference, and some do not."""

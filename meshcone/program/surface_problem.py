@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,6 +15,7 @@ from meshcone.program.effort import Candidate
 from meshcone.program.guards import Guard
 from meshcone.program.held import HeldObjective
 from meshcone.program.prepared_reference import PreparedReference
+from meshcone.program.pulls import PlanePull
 from meshcone.program.regions import Region, divide, region_count
 from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
@@ -48,6 +50,19 @@ class SurfaceProblem:
     most_pairs: int
     regions: tuple[Region, ...] = ()
     held: Bools | None = None
+
+    def unmet(self) -> dict[str, int]:
+        """Count the cones that the source itself does not satisfy, by what asked for them."""
+        closest, kinds = self.structure.closest, Counter[str]()
+        planes = PlanePull(
+            weights=np.ones(len(closest.points)),
+            normals=self.reference.tree.mesh.face_normals.take(closest.faces, axis=0),
+            targets=closest.points,
+            tangential=self.options.tangential,
+        )
+        for family in self.request.families(planes, self.source):
+            kinds[family.kind] += family.unmet(self.source.vertices)
+        return dict(+kinds)
 
     @property
     def rounds(self) -> int:

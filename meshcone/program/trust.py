@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.surface import ClosestPoints, Mesh, SurfaceTree
-from meshcone.surface.arrays import Bools, Floats, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
 from meshcone.surface.closest import barycentric_weights
 
 # Distances are relative to the reference's radius. A part is far from the reference if it is
@@ -42,20 +42,37 @@ def without_counterpart(
         distances: (n,) of its vertices from the reference.
         reference: the reference.
     """
-    count = len(distances)
-    none = np.zeros(count, dtype=bool)
     used = source.used_vertices
-    limit = max(_FAR_IN_MEDIANS * float(np.median(distances[used])), _FAR_FLOOR)
+    median = float(np.median(distances[used]))
+    limit = _limit(median)
+    _, pieces = connected_components(adjacency, directed=False)
     far = distances > limit
-    if not far[used].any():
-        return none
     degree = np.diff(adjacency.indptr)
     inside = far & (degree > 0) & (adjacency @ far.astype(np.float64) >= degree)
     kept = sparse.diags_array(far.astype(np.float64))
     _, labels = connected_components(kept @ adjacency @ kept, directed=False)
-    lost = far & np.isin(labels, labels[inside])
-    _, pieces = connected_components(adjacency, directed=False)
-    lost |= (np.bincount(pieces, lost) > 0.5 * np.bincount(pieces))[pieces]
+    parts = far & np.isin(labels, labels[inside])
+    lost = _unless_needed(source, reference, parts | _by_half(far, pieces), limit)
+    if len(np.unique(pieces[used])) > 1:
+        # Where a piece has most of the vertices, its own distance is the median of theirs.
+        back = SurfaceTree(source).closest(reference.points).distances
+        limit = _limit(min(median, float(np.median(back))))
+        lost |= _unless_needed(source, reference, _by_half(distances > limit, pieces), limit)
+    return lost
+
+
+def _limit(median: float) -> float:
+    return max(_FAR_IN_MEDIANS * median, _FAR_FLOOR)
+
+
+def _by_half(far: Bools, pieces: Ints) -> Bools:
+    """Find the vertices of pieces more than half of whose vertices are far, (n,)."""
+    return np.asarray((np.bincount(pieces, far) > 0.5 * np.bincount(pieces))[pieces])
+
+
+def _unless_needed(source: Mesh, reference: PreparedReference, lost: Bools, limit: float) -> Bools:
+    """Return (n,) the vertices if the rest of the source covers the reference, else none."""
+    none = np.zeros(len(lost), dtype=bool)
     rest = source.faces[~lost[source.faces].any(axis=1)]
     if not len(rest) or not lost.any():
         return none
@@ -64,18 +81,18 @@ def without_counterpart(
 
 
 def across_a_border(
-    vertices: Floats, closest: ClosestPoints, reference: PreparedReference
+    points: Floats, closest: ClosestPoints, mesh: Mesh, noise: float | None = None
 ) -> Bools:
-    """Find the vertices over a hole of the reference, or beyond its border, (n,).
+    """Find the points over a hole of a mesh, or beyond its border, (k,).
 
     Args:
-        vertices: (n, 3) positions.
-        closest: the reference's closest points to them.
-        reference: the reference.
+        points: (k, 3) positions.
+        closest: the mesh's closest points to them.
+        mesh: the mesh.
+        noise: distance from it that is none of its border; by default a few medians.
     """
-    mesh = reference.tree.mesh
     if not mesh.border_sides.any():
-        return np.zeros(len(vertices), dtype=bool)
+        return np.zeros(len(points), dtype=bool)
     shares = barycentric_weights(closest.points, mesh, closest.faces)
     # The side from a corner to the next lies opposite of the third.
     on_side = np.roll(shares <= _ON_EDGE, -2, axis=1)
@@ -83,8 +100,9 @@ def across_a_border(
     # Of the faces around a corner, the one that was found need not have a side on the border.
     at_corner = shares >= 1 - _ON_EDGE
     on_border |= (at_corner & mesh.border_vertices[mesh.faces[closest.faces]]).any(axis=1)
-    offsets = vertices - closest.points
+    offsets = points - closest.points
     along = np.abs(row_dot(offsets, mesh.face_normals[closest.faces]))
     sideways = along < _ALONG_NORMAL * row_lengths(offsets)
-    beyond = closest.distances > _ACROSS_IN_MEDIANS * np.median(closest.distances)
-    return np.asarray(on_border & sideways & beyond)
+    if noise is None:
+        noise = _ACROSS_IN_MEDIANS * float(np.median(closest.distances))
+    return np.asarray(on_border & sideways & (closest.distances > noise))

@@ -14,7 +14,7 @@ from meshcone.deadline import time_allowed
 from meshcone.detailing import Solution, require_divisible, solve_in_detail
 from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
-from meshcone.formulation import formulate
+from meshcone.formulation import Formulated, formulate
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
 from meshcone.notices import Code, Told, WarningRecord, warning
@@ -203,7 +203,7 @@ def _report(
     told = (
         pair.warnings(*validity, written.asset)
         + appearance_warnings(appearance, asked=options.quality.appearance)
-        + Told(_solver_warnings(solver, solved))
+        + Told(_solver_warnings(solver, solved, problem))
     )
     if not options.audit:
         told += NOT_AUDITED
@@ -224,6 +224,7 @@ def _report(
             samples=options.quality.samples,
             largest_move=float(moves.max()),
             solved=solved,
+            is_opposed=any(found.code == Code.NORMALS_OPPOSED for found in told.warnings),
         ),
         inputs=sent.inputs(came, validity[1]),
         frame=pair.frame_record(),
@@ -308,7 +309,9 @@ def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
     )
 
 
-def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[WarningRecord]:
+def _solver_warnings(
+    solver: SolverReport, solved: RefinedPositions, problem: Formulated
+) -> list[WarningRecord]:
     warnings = [
         warning(
             Code.SOLVER_UNFINISHED,
@@ -329,6 +332,10 @@ def _solver_warnings(solver: SolverReport, solved: RefinedPositions) -> list[War
             f"In the one closest to the reference {'; '.join(solved.kept_because)}."
         )
         warnings.append(warning(Code.SOLVER_KEPT_INPUT, "refined", words))
+    if solved.final is None and (unmet := problem.unmet()):
+        kinds = ", ".join(f"{kind} at {count:,} places" for kind, count in unmet.items())
+        words = f"The source is returned, and does not satisfy what was asked for: {kinds}."
+        warnings.append(warning(Code.SOLVER_CONES_UNMET, "refined", words))
     return warnings
 
 

@@ -1,7 +1,7 @@
 """Constraint kinds, one file each."""
 
 from meshcone.program.cones.band import ToleranceBand
-from meshcone.program.cones.base import ConeFamily, ConeType, cone_violation
+from meshcone.program.cones.base import FEASIBILITY, ConeFamily, ConeType, cone_violation
 from meshcone.program.cones.displacement import DisplacementCaps
 from meshcone.program.cones.edge_cap import EdgeCaps
 from meshcone.program.cones.one_side import (
@@ -14,6 +14,7 @@ from meshcone.program.cones.orientation import Orientation
 from meshcone.program.cones.pin import Pins
 
 __all__ = [
+    "FEASIBILITY",
     "ConeFamily",
     "ConeType",
     "DisplacementCaps",

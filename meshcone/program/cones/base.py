@@ -19,6 +19,9 @@ from meshcone.surface.arrays import Floats, Ints, row_lengths
 
 ConeType = Literal["zero", "linear", "second_order"]
 
+# A cone exceeded by less than this share of the radius counts as satisfied.
+FEASIBILITY = 1e-7
+
 
 @dataclass(frozen=True)
 class ConeFamily(abc.ABC):
@@ -71,6 +74,10 @@ class ConeFamily(abc.ABC):
     def violation(self, positions: Floats) -> Floats:
         """Return how far each slack lies outside its cone, (k,), 0 where it lies inside."""
         return cone_violation(self.cone, self.slack(positions))
+
+    def unmet(self, positions: Floats) -> int:
+        """Count the cones that (n, 3) positions exceed by more than counts."""
+        return int(np.count_nonzero(self.violation(positions) > FEASIBILITY))
 
     def tightness(self, positions: Floats) -> Floats:
         """Return (k,) how close each cone is to being violated: above 0 it is.

@@ -118,6 +118,20 @@ def test_what_is_not_selected_stays_to_the_bit():
     )
 
 
+@pytest.mark.parametrize(
+    "cones",
+    [{"tolerance_band": {"relative": 0.001}}, {"edge_cap": {"length": {"relative": 0.5}}}],
+    ids=["tolerance_band", "edge_cap"],
+)
+def test_nothing_is_asked_of_what_is_not_selected(cones: dict[str, object]):
+    source = MeshFile("rough.glb", two_balls().glb())
+    selected = {"instances": "split", "select": {"nodes": ["two"]}}
+
+    answer = refine(source, smooth_pair(), parse_options({**FAST, **selected, "cones": cones}))
+
+    assert answer.report.outcome == "improved"
+
+
 def test_a_selection_needs_the_surface_formulation():
     source = MeshFile("rough.glb", two_balls().glb())
     options = {"formulation": "centroid", "instances": "split", "select": {"nodes": ["two"]}}

@@ -12,7 +12,7 @@ from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, row_lengths
 from meshcone.verbs.refine import Refinement, refine
 from tests import shapes
-from tests.meshes import cylinder, noisy, sphere, torus
+from tests.meshes import cylinder, noisy, sheet, sphere, torus
 
 
 def file(name: str, mesh: Mesh) -> MeshFile:
@@ -122,6 +122,83 @@ def test_a_part_the_reference_lacks_keeps_its_shape(seed: int) -> None:
     assert answer.report.outcome == "improved"
     assert after[on_handle].max() < 1.1 * before[on_handle].max()
     assert after[~on_handle].mean() < 0.7 * before[~on_handle].mean()
+
+
+def half(ball: Mesh) -> Mesh:
+    upper = ball.faces[ball.corners[:, :, 2].mean(axis=1) > 0]
+    used, faces = np.unique(upper, return_inverse=True)
+    return Mesh(ball.vertices[used], faces.reshape(-1, 3))
+
+
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_a_ball_of_two_stays_where_it_is(effort: str) -> None:
+    ball = sphere(2)
+    other = ball.moved_to(ball.vertices + np.array([2.5, 0, 0]))
+
+    answer = refined(ball, together(ball, other), effort=effort)
+
+    assert answer.report.outcome == "kept"
+    assert answer.report.displacement.max == 0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_half_a_ball_is_not_spread_over_the_whole(seed: int) -> None:
+    truth = half(sphere(3))
+    source = noisy(truth, 0.01, seed)
+
+    answer = refined(source, sphere(3))
+
+    before, after = row_lengths(source.vertices - truth.vertices), errors(answer, truth)
+    assert answer.report.outcome == "improved"
+    assert after.max() < 2 * before.max()
+
+
+def test_a_badge_of_most_vertices_stays_before_its_wall() -> None:
+    wall, badge = sheet(6, 6), sheet(16, 16)
+    badge = badge.moved_to(badge.vertices * [1 / 6, 1 / 6, 1] + [1, 1, 0.6])
+    truth = together(wall, badge)
+    source = noisy(truth, 0.01)
+
+    answer = refined(source, wall)
+
+    before, after = row_lengths(source.vertices - truth.vertices), errors(answer, truth)
+    assert answer.report.outcome == "improved"
+    assert after.max() <= 1.1 * before.max()
+
+
+def test_a_ball_that_stays_outside_of_itself_is_not_moved() -> None:
+    answer = refined(sphere(2), sphere(2), cones={"stay": "outside"})
+
+    assert answer.report.outcome == "indistinguishable"
+    assert answer.report.displacement.max == 0
+
+
+@pytest.mark.parametrize(
+    ("source", "options"),
+    [
+        (1.001, {"cones": {"edge_cap": {"times_input": 0.5}}}),
+        (0.9, {"cones": {"stay": "outside"}, "surface": {"fairness": []}, "effort": "fast"}),
+        (1000, {"cones": {"tolerance_band": {"relative": 0.1}}}),
+    ],
+    ids=["kept", "unchanged", "misaligned"],
+)
+def test_a_returned_input_that_breaks_a_constraint_is_told(
+    source: float, options: dict[str, object]
+) -> None:
+    ball = sphere(2)
+
+    answer = refined(ball.moved_to(source * ball.vertices), ball, **options)
+
+    told = {warning.code: warning.words for warning in answer.report.warnings}
+    [kind] = set(options["cones"]) & {"edge_cap", "stay", "tolerance_band"}
+    assert answer.report.displacement.max == 0
+    assert f"{kind} at " in told["solver.cones_unmet"]
+
+
+def test_a_returned_input_that_satisfies_its_constraints_is_not_told_of_them() -> None:
+    answer = refined(sphere(2), sphere(2), cones={"edge_cap": {"times_input": 1}})
+
+    assert "solver.cones_unmet" not in {warning.code for warning in answer.report.warnings}
 
 
 def tiles(count: int, size: tuple[float, float], height: float) -> Mesh:

@@ -87,7 +87,7 @@ def test_what_lies_over_a_hole_is_across_its_border() -> None:
     source = noisy(BALL, 0.005)
     known = prepared(open_ball)
 
-    found = across_a_border(source.vertices, known.tree.closest(source.vertices), known)
+    found = across_a_border(source.vertices, known.tree.closest(source.vertices), known.tree.mesh)
 
     height = BALL.vertices[:, 2]
     rim = open_ball.vertices[open_ball.border_vertices][:, 2].max()
@@ -98,7 +98,9 @@ def test_what_lies_over_a_hole_is_across_its_border() -> None:
 def test_nothing_is_across_the_border_of_a_closed_reference() -> None:
     source, known = noisy(BALL, 0.02), prepared(BALL)
 
-    assert not across_a_border(source.vertices, known.tree.closest(source.vertices), known).any()
+    assert not across_a_border(
+        source.vertices, known.tree.closest(source.vertices), known.tree.mesh
+    ).any()
 
 
 def test_what_lies_above_a_border_is_not_across_it() -> None:
@@ -106,4 +108,13 @@ def test_what_lies_above_a_border_is_not_across_it() -> None:
     known = prepared(flat)
     raised = flat.vertices + np.array([0, 0, 0.3])
 
-    assert not across_a_border(raised, known.tree.closest(raised), known).any()
+    assert not across_a_border(raised, known.tree.closest(raised), known.tree.mesh).any()
+
+
+def test_a_piece_with_most_of_the_vertices_is_lost_all_the_same() -> None:
+    inner = sphere(3)
+    source = noisy(together(sphere(2), inner.moved_to(0.8 * inner.vertices)), 0.005)
+
+    found = lost(source, sphere(2))
+
+    np.testing.assert_array_equal(found, np.arange(len(found)) >= len(sphere(2).vertices))
