@@ -15,7 +15,7 @@ from meshcone.program.certificate import MultiplierTable, attach_multipliers
 from meshcone.program.effort import candidates
 from meshcone.program.request import SourceLabels
 from meshcone.program.seams import Seams
-from meshcone.program.surface_problem import SurfaceProblems
+from meshcone.program.surface_problem import SurfaceProblem, SurfaceProblems
 from meshcone.surface.arrays import Floats
 from meshcone.vertex_list import listed_vertices
 
@@ -54,6 +54,10 @@ class Formulated(abc.ABC):
     def out_of_program(self, optimum: Floats) -> Floats:
         """Map an optimum to the answer (n, 3) in the frame it stands for."""
         return optimum
+
+    def settled(self, answer: Floats) -> Floats:
+        """Put what a solver leaves near where it is pinned to exactly there, (n, 3)."""
+        return answer
 
     def started_at(self, before: Floats) -> Floats:
         """Map where a round started to vertices of the source, (n, 3) in the frame."""
@@ -95,7 +99,12 @@ class SurfaceFormulation(Formulated):
 
     def unmet(self) -> dict[str, int]:
         """See :meth:`Formulated.unmet`."""
-        return self.problems.problem(candidates(self.problems.options)[0]).unmet()
+        return self._problem.unmet()
+
+    @property
+    def _problem(self) -> SurfaceProblem:
+        """The program under one of its settings; what cones hold is the same in all."""
+        return self.problems.problem(candidates(self.problems.options)[0])
 
     def into_program(self, positions: Floats) -> Floats:
         """See :meth:`Formulated.into_program`."""
@@ -104,6 +113,11 @@ class SurfaceFormulation(Formulated):
     def out_of_program(self, optimum: Floats) -> Floats:
         """See :meth:`Formulated.out_of_program`."""
         return self.seams.spread(optimum)
+
+    def settled(self, answer: Floats) -> Floats:
+        """See :meth:`Formulated.settled`."""
+        pinned = self._problem.request.pinned(self.seams.gathered(answer))
+        return self.seams.spread(pinned)
 
     def started_at(self, before: Floats) -> Floats:
         """See :meth:`Formulated.started_at`."""

@@ -22,7 +22,8 @@ def solve(
     """
     if isinstance(problem, SurfaceFormulation):
         answer = SurfaceRefiner(problem.problems).run(on_round)
-        return replace(answer, positions=problem.out_of_program(answer.positions))
+        positions = problem.settled(problem.out_of_program(answer.positions))
+        return replace(answer, positions=positions)
     answer = refine_centroid(problem.pair.source, problem.pair.reference, problem.options)
     on_round(1, 1)
     return answer

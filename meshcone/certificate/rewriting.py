@@ -30,8 +30,12 @@ class Rewriting:
     identical: bool
 
 
-def compare_with_rewritten(pair: Pair, answer: Floats, refined: bytes) -> Rewriting:
+def compare_with_rewritten(
+    pair: Pair, answer: Floats, refined: bytes, optimum: Floats
+) -> Rewriting:
     """Write an answer (n, 3) in the frame into the source, and compare a refined file.
+
+    The optimum (n, 3) is the answer before what is pinned was put exactly there.
 
     Raises:
         InputError, LimitError: the refined file cannot be read, or is of another mesh.
@@ -40,7 +44,7 @@ def compare_with_rewritten(pair: Pair, answer: Floats, refined: bytes) -> Rewrit
     expected, found = pair.read_patched(rewritten), pair.read_patched(refined)
     if not _same_structure(expected, found):
         raise InputError("the refined file has other vertices or faces than the source")
-    kept = pair.written_positions(expected) - answer
+    kept = pair.written_positions(expected) - optimum
     return Rewriting(
         positions=pair.written_positions(found),
         offset=_longest(found.positions - expected.positions) / pair.frame.radius,

@@ -69,6 +69,17 @@ class RequestedCones:
             families += self.staying.families(moving, self.fixed)
         return families
 
+    def pinned(self, positions: Floats) -> Floats:
+        """Return (n, 3) positions with those that are pinned where they are pinned, to the bit.
+
+        A solver leaves them within its tolerance of there.
+        """
+        if self.pins is None:
+            return positions
+        exact = positions.copy()
+        exact[self.pins.vertices[:, 0]] = self.pins.centres
+        return exact
+
     def strays(self, source: Mesh) -> bool:
         """Whether a mesh is somewhere on the wrong side, or too near."""
         held = [] if self.staying is None else self.staying.families(source, self.fixed)

@@ -142,9 +142,10 @@ def _check_answer(
     except InputError as error:
         yield Check("program", False, str(error))
         return
-    answer = problem.out_of_program(final.positions)
+    optimum = problem.out_of_program(final.positions)
+    answer = problem.settled(optimum)
     try:
-        rewriting = compare_with_rewritten(pair, answer, refined.data)
+        rewriting = compare_with_rewritten(pair, answer, refined.data, optimum)
     except (InputError, LimitError) as error:
         yield Check("written", False, str(error))
         return

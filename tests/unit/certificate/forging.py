@@ -61,9 +61,10 @@ class Forgery:
             pair = pair.placed(Alignment(self.motion, "icp", 0.0, 0.0))
         problem = formulate(pair, options)
         final = self._final(pair, problem)
-        answer = problem.out_of_program(final.positions)
+        optimum = problem.out_of_program(final.positions)
+        answer = problem.settled(optimum)
         refined = MeshFile(honest.refined.name, pair.patched(answer))
-        written = compare_with_rewritten(pair, answer, refined.data).positions
+        written = compare_with_rewritten(pair, answer, refined.data, optimum).positions
         scorer = Scorer(pair.source, pair.reference, options)
         measured = scorer.refined(pair.source.moved_to(written))
         proven = scorer.deviation(pair.frame, pair.gates(options))

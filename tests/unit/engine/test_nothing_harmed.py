@@ -257,3 +257,16 @@ def test_one_triangle_is_brought_to_its_plane_and_keeps_its_corners(seed: int) -
     answer = refined(triangle.moved_to(lifted), triangle)
 
     assert errors(answer, triangle).max() <= np.abs(lifted[:, 2]).max()
+
+
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_a_pinned_vertex_stays_to_the_bit(effort: str) -> None:
+    source = noisy(sphere(2), 0.02)
+
+    answer = refined(source, sphere(3), effort=effort, cones={"pin": {"vertices": [0, 7, 100]}})
+
+    written = read_asset("s.obj", answer.data).vertices
+    sent = read_asset("s.obj", file("s.obj", source).data).vertices
+    moved = (written != sent).any(axis=1)
+    assert not moved[[0, 7, 100]].any()
+    assert moved.sum() == len(moved) - 3
