@@ -7,12 +7,13 @@ there, or lacks the part. Such a vertex has no pull; its neighbours carry it.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.surface import ClosestPoints, Mesh, SurfaceTree
-from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, row_dot, row_lengths
 from meshcone.surface.closest import barycentric_weights
 
 # Distances are relative to the reference's radius. A part is far from the reference if it is
@@ -65,7 +66,7 @@ def _limit(median: float) -> float:
     return max(_FAR_IN_MEDIANS * median, _FAR_FLOOR)
 
 
-def _by_half(far: Bools, pieces: Ints) -> Bools:
+def _by_half(far: Bools, pieces: NDArray[np.int32]) -> Bools:
     """Find the vertices of pieces more than half of whose vertices are far, (n,)."""
     return np.asarray((np.bincount(pieces, far) > 0.5 * np.bincount(pieces))[pieces])
 
