@@ -30,7 +30,7 @@ def from_arrays(vertices: ArrayLike, faces: ArrayLike, name: str) -> _Parts:
     import trimesh
 
     points, corners = _checked(vertices, faces, name)
-    mesh = trimesh.Trimesh(points, corners, process=False, validate=False)
+    mesh = trimesh.Trimesh(points, _triangles(points, corners), process=False, validate=False)
     return f"{name}.obj", _obj(points, corners), {}, None, mesh
 
 
@@ -112,6 +112,15 @@ def _faces(given: ArrayLike, name: str) -> Ints:
     if faces.dtype.kind not in "iu":
         raise InputError(f"the faces must be integers, found {faces.dtype}", file=name)
     return faces.astype(np.int64)
+
+
+def _triangles(points: Floats, faces: Ints) -> Ints:
+    """The faces as triangles, split as the engine splits them."""
+    from meshcone.assets.polygons import triangulate
+
+    sizes = np.full(len(faces), faces.shape[1], dtype=np.int64)
+    rows, _ = triangulate(points[faces].reshape(-1, 3), sizes)
+    return np.asarray(faces.reshape(-1)[rows])
 
 
 def _require_corners(faces: Ints, vertices: int, name: str) -> None:

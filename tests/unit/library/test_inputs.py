@@ -68,6 +68,12 @@ def test_faces_with_four_corners_stay_polygons() -> None:
     assert mesh.mesh.faces.shape == (2, 3)
 
 
+def test_a_concave_face_of_arrays_is_split_as_the_engine_splits_it() -> None:
+    dart = [[0, 0, 0], [2, 1, 0], [0, 2, 0], [1, 1, 0]]
+
+    assert meshcone.load((dart, [[0, 1, 2, 3]])).mesh.area == pytest.approx(1)
+
+
 def test_a_scene_keeps_its_geometries() -> None:
     box = trimesh.creation.box()
     box.apply_translation([5, 0, 0])
