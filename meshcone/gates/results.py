@@ -19,6 +19,9 @@ Ending = Literal["pass", "fail", "not_tested", "error"]
 _WORST_FIRST: tuple[Ending, ...] = ("error", "fail", "not_tested", "pass")
 
 
+NO_GATE = "No gate applies to this asset."
+
+
 class _Record(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
 
@@ -100,6 +103,11 @@ class AssetResult(_Record):
     def ending(self) -> Ending:
         """The verdict in a word, or that there is none."""
         return "error" if self.verdict is None else self.verdict.verdict
+
+    @property
+    def is_ungated(self) -> bool:
+        """Whether there was nothing to hold it against, which is no pass."""
+        return self.verdict is not None and not self.verdict.checks
 
     def checks(self) -> Sequence[GateCheck]:
         """Its checks; empty if there is no verdict."""

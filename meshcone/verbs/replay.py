@@ -19,11 +19,11 @@ from meshcone.certificate.file import read_certificate
 from meshcone.certificate.settings import settings_check
 from meshcone.errors import MeshConeError
 from meshcone.files import MeshFile
+from meshcone.report.reaching import within_record
 from meshcone.report.report import InputRecord, Report
 from meshcone.surface.arrays import row_lengths
 from meshcone.verbs.refine import Refinement, refine
 from meshcone.verbs.verify import verify
-from meshcone.verbs.within import within_record
 
 # How long anything took is not the same twice, and textures need not have been kept.
 _PASSING = {

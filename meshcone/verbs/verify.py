@@ -24,6 +24,7 @@ from meshcone.certificate.placement import place
 from meshcone.certificate.rewriting import compare_with_rewritten
 from meshcone.certificate.road import displacement_check, displacement_of, road_check
 from meshcone.certificate.settings import settings_check
+from meshcone.certificate.stated import files_checks, within_checks
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
@@ -88,6 +89,7 @@ def verify(
     round_index = stored.document.round_index
     checks = [
         *identity_checks(report, stored.document, source, reference, refined),
+        *files_checks(report, pair, refined),
         settings_check(report.options, ranges=round_index is not None),
     ]
     try:
@@ -105,7 +107,8 @@ def verify(
         answer = _check_kept(report, pair, refined)
     else:
         answer = _check_answer(report, stored, round_index, pair, refined)
-    return Verification((*checks, *closeness, *answer))
+    within = within_checks(report, pair)
+    return Verification((*checks, *closeness, *within, *answer))
 
 
 def _most_bytes(pair: Pair, options: Options, refined: MeshFile) -> int:

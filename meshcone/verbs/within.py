@@ -8,11 +8,11 @@ from time import monotonic
 
 from meshcone.errors import InfeasibleError, InputError, LimitError, SolveTimeoutError
 from meshcone.files import MeshFile
-from meshcone.gates.units import sized, unit_for
-from meshcone.options import WITHIN_GATE, Options
+from meshcone.options import Options
 from meshcone.progress import Progress, ProgressCallback
+from meshcone.report.reaching import is_within, within_record
 from meshcone.report.report import Report
-from meshcone.report.within import PlaceBeyond, WithinRecord
+from meshcone.report.within import WithinRecord
 from meshcone.verbs.refine import Refinement, refine
 
 # Rounds with ever less fairness, after those that were asked for: they trade a smooth surface
@@ -78,7 +78,7 @@ def refine_within(
                 raise
             break  # trying harder takes more than there is; what was found before stands
         _require_both_ways(found.report)
-        if _is_within(found.report):
+        if is_within(found.report):
             best = found
             break
         if best is None or _farthest(found) < _farthest(best):
@@ -95,40 +95,6 @@ def _require_both_ways(report: Report) -> None:
             "them; bound 'deviation.missing' with a gate instead",
             file=report.inputs.reference.name,
         )
-
-
-def within_record(report: Report, asked: str, attempts: int) -> WithinRecord:
-    """What a report says of a tolerance that its options have as a gate."""
-    assert report.deviation is not None  # noqa: S101 - no tolerance is taken without it
-    inputs, options, radius = report.inputs, report.options, report.frame.radius
-    formats = sized(
-        inputs.source.format, inputs.reference.format, scaled=options.align == "similarity"
-    )
-    rule = options.gates[WITHIN_GATE]
-    unit = unit_for(rule.unit, *formats)
-    limit = rule.in_model_units(unit.length).max_model if rule.max is None else rule.max * radius
-    assert limit is not None  # noqa: S101 - the gate has one of both
-    places = [
-        PlaceBeyond(on=each.on, position=each.position, distance_model=each.distance * radius)
-        for each in report.quality.worst_points
-        if each.distance * radius > limit
-    ]
-    reached = _is_within(report)
-    if not reached and not places:
-        intervals = {"mesh": report.deviation.extra, "reference": report.deviation.missing}
-        places = [
-            PlaceBeyond(on=side, position=found.at, distance_model=found.lower_model)
-            for side, found in intervals.items()
-            if found is not None and found.lower_model > limit
-        ]
-    return WithinRecord(
-        asked=asked,
-        limit_model=limit,
-        unit=unit.name,
-        reached=reached,
-        attempts=attempts,
-        places=() if reached else tuple(places),
-    )
 
 
 def _plans(options: Options) -> Iterator[Options]:
@@ -159,12 +125,6 @@ def _part_of(progress: ProgressCallback, number: int, attempts: int) -> Progress
         progress(replace(seen, fraction=(number + seen.fraction) / attempts))
 
     return tell
-
-
-def _is_within(report: Report) -> bool:
-    return report.gates is not None and all(
-        check.status == "pass" for check in report.gates.checks if check.key == WITHIN_GATE
-    )
 
 
 def _farthest(found: Refinement) -> float:

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from meshcone.errors import MeshConeError
 from meshcone.gates.records import GateVerdict
-from meshcone.gates.results import AssetError, AssetResult, GateRun, Judgement
+from meshcone.gates.results import NO_GATE, AssetError, AssetResult, GateRun, Judgement
 from meshcone.notices import Code, warning
 from meshcone.options import Options
 from service.gating.pairs import Pair, shown
@@ -68,9 +68,7 @@ class GateJob:
         return replace(self, options=self.options.model_copy(update={"mode": "audit"}))
 
 
-UNGATED = Judgement(
-    GateVerdict.of(()), (warning(Code.GATES_NONE, "pair", "No gate applies to this asset."),)
-)
+UNGATED = Judgement(GateVerdict.of(()), (warning(Code.GATES_NONE, "pair", NO_GATE),))
 """What is said of an asset that no gate applies to."""
 
 

@@ -9,15 +9,16 @@ from __future__ import annotations
 from xml.etree import ElementTree as ET
 
 from meshcone.gates.records import GateCheck
-from meshcone.gates.results import AssetResult, GateRun
+from meshcone.gates.results import NO_GATE, AssetResult, GateRun
 
 
 def to_junit(run: GateRun) -> bytes:
     """Write a run as JUnit XML.
 
-    A bound that is exceeded is a ``failure``; one that could not be tested, or a file that could
-    not be used, is an ``error``. A warning leaves its test case passed, with a note; one that
-    could not be tested is ``skipped``. What the report warns of is the output of the suite.
+    A bound that is exceeded is a ``failure``; one that could not be tested, a file that could
+    not be used, or an asset that no gate applies to, is an ``error``. A warning leaves its test
+    case passed, with a note; one that could not be tested is ``skipped``. What the report warns
+    of is the output of the suite.
     """
     name = "meshcone gate" if run.label is None else f"meshcone gate: {run.label}"
     suites = ET.Element("testsuites", {"name": _printable(name)})
@@ -35,6 +36,8 @@ def _add_suite(suites: ET.Element, asset: AssetResult) -> None:
     suite = ET.SubElement(suites, "testsuite", {"name": _printable(asset.name)})
     for check in asset.checks():
         _fill(_add_case(suite, asset, check.rule), check)
+    if asset.is_ungated:
+        _add_finding(_add_case(suite, asset, "gated"), "error", "not_tested", NO_GATE)
     if asset.error is not None:
         case = _add_case(suite, asset, "usable")
         _add_finding(case, "error", asset.error.kind, asset.error.message)

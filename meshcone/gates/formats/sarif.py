@@ -13,14 +13,15 @@ from typing import Any
 from urllib.parse import quote
 
 from meshcone.gates.records import GateCheck
-from meshcone.gates.results import AssetResult, GateRun
+from meshcone.gates.results import NO_GATE, AssetResult, GateRun
 from meshcone.gates.words import name_of
-from meshcone.notices import meaning_of
+from meshcone.notices import Code, WarningRecord, meaning_of
 
 SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 )
 _SCHEMES = ("https://", "http://", "s3://")  # of files that a service has fetched
+_WARNS = {"level": "warning"}
 UNUSABLE = "unusable-file"  # rule of files that could not be read
 
 
@@ -60,7 +61,10 @@ def _rules(assets: Sequence[AssetResult]) -> list[dict[str, Any]]:
     """Describe every check made, whether it found something or not (3.19.23)."""
     checks = {check.rule: check for asset in assets for check in asset.checks()}
     rules = [_rule(each.rule, f"{name_of(each.key)}, '{each.bound}'") for each in checks.values()]
-    told = sorted({each.code for asset in assets for each in asset.warnings})
+    told = sorted(
+        {each.code for asset in assets for each in asset.warnings}
+        | {Code.GATES_NONE for asset in assets if asset.is_ungated}
+    )
     rules += [_rule(code, meaning_of(code), "warning") for code in told]
     if any(_is_unusable(asset) for asset in assets):
         rules.append(_rule(UNUSABLE, "the file cannot be used"))
@@ -89,9 +93,13 @@ def _results(asset: AssetResult, index: int, ids: Sequence[str]) -> Iterable[dic
         identity = f"{warning.code}\n{warning.side}\n{warning.where}"
         yield {
             **_result(asset, index, ids, warning.code, warning.words, identity),
-            "level": "warning",
+            # That nothing was decided is no finding in the file: see above.
+            **({"kind": "open", "level": "none"} if _is_of_ungated(warning) else _WARNS),
             "properties": warning.model_dump(include={"side", "where"}, exclude_none=True),
         }
+    if asset.is_ungated and not any(map(_is_of_ungated, asset.warnings)):
+        found = _result(asset, index, ids, Code.GATES_NONE, NO_GATE)
+        yield {**found, "kind": "open", "level": "none"}
     if asset.error is not None and _is_unusable(asset):
         yield {**_result(asset, index, ids, UNUSABLE, asset.error.message), "level": "error"}
 
@@ -137,6 +145,10 @@ def _invocation(run: GateRun) -> dict[str, Any]:
         "executionSuccessful": not notifications,
         "toolExecutionNotifications": notifications,
     }
+
+
+def _is_of_ungated(warning: WarningRecord) -> bool:
+    return warning.code == Code.GATES_NONE
 
 
 def _is_unusable(asset: AssetResult) -> bool:

@@ -171,6 +171,31 @@ def test_a_distance_that_is_invented_fails(honest: Evidence, name: str, factor: 
     assert f"point_to_surface.{name}" in failures(forged)["metrics"]
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "failed"),
+    [
+        ("frame.radius", 3.0, "frame"),
+        ("frame.centre", (1.0, 0.0, 0.0), "frame"),
+        ("inputs.source.bytes", 1, "inputs"),
+        ("inputs.source.faces", 1, "inputs"),
+        ("inputs.reference.vertices", 1, "inputs"),
+        ("inputs.reference.format", "glb", "inputs"),
+        ("output.bytes", 1, "output"),
+    ],
+)
+def test_what_the_report_says_of_its_files_is_held_against_them(
+    honest: Evidence, path: str, value: object, failed: str
+) -> None:
+    *sections, name = path.split(".")
+    edited = honest.report.model_copy(deep=True)
+    section: Any = edited
+    for each in sections:
+        section = getattr(section, each)
+    section.__dict__[name] = value  # which nothing else allows
+
+    assert failures(replace(honest, report=edited)).keys() == {failed}
+
+
 def test_a_report_of_another_version_than_the_certificate_fails(honest: Evidence) -> None:
     assert failures(honest.with_report(version="9.9.9")).keys() == {"version"}
 

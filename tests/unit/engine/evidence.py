@@ -42,7 +42,7 @@ class Evidence:
         return {check.name for check in checks if not check.ok}
 
     def with_forged_hashes(self) -> Evidence:
-        """State the hashes of the files at hand."""
+        """State the hashes and sizes of the files at hand."""
         source, reference, refined = (
             file.sha256 for file in (self.source, self.reference, self.refined)
         )
@@ -50,11 +50,17 @@ class Evidence:
         forged = {
             "inputs": inputs.model_copy(
                 update={
-                    "source": inputs.source.model_copy(update={"sha256": source}),
-                    "reference": inputs.reference.model_copy(update={"sha256": reference}),
+                    "source": inputs.source.model_copy(
+                        update={"sha256": source, "bytes": len(self.source.data)}
+                    ),
+                    "reference": inputs.reference.model_copy(
+                        update={"sha256": reference, "bytes": len(self.reference.data)}
+                    ),
                 }
             ),
-            "output": self.report.output.model_copy(update={"sha256": refined}),
+            "output": self.report.output.model_copy(
+                update={"sha256": refined, "bytes": len(self.refined.data)}
+            ),
         }
         return self.with_report(**forged).with_document(
             source_sha256=source, reference_sha256=reference, refined_sha256=refined

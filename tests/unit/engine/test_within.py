@@ -9,8 +9,9 @@ from meshcone.errors import InputError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.options import Options, Tolerance, parse_options
 from meshcone.progress import Progress
-from meshcone.report.within import WithinRecord
+from meshcone.report.within import PlaceBeyond, WithinRecord
 from meshcone.verbs.refine import Refinement
+from meshcone.verbs.verify import verify
 from meshcone.verbs.within import refine_within
 from tests import shapes
 
@@ -68,6 +69,38 @@ def farthest(found: Refinement) -> float:
 def test_the_answer_states_the_options_it_was_made_with() -> None:
     stated = refined("0.2mm").report.options
     assert (stated.within, stated.gates["deviation.max"].max_model) == (None, 0.2)
+
+
+def failures(found: Refinement, **edited: object) -> dict[str, str]:
+    """What a verification finds wrong where the section ``within`` is edited."""
+    assert found.certificate is not None
+    stored = MeshFile("certificate.npz", found.certificate)
+    report = found.report.model_copy(update={"within": told(found).model_copy(update=edited)})
+    checks = verify(report, stored, SOURCE, REFERENCE, MeshFile(found.name, found.data)).checks
+    return {check.name: check.words for check in checks if not check.ok}
+
+
+def test_what_a_report_says_of_its_tolerance_is_held_against_its_intervals() -> None:
+    found = refined("0.2mm")
+    place = PlaceBeyond(on="mesh", position=(0.0, 0.0, 2.0), distance_model=0.3)
+
+    assert failures(found) == {}
+    assert failures(found, reached=False).keys() == {"within"}
+    assert failures(found, places=(place,)).keys() == {"within"}
+    assert failures(found, limit_model=0.3).keys() == {"within"}
+    assert failures(found, unit="m").keys() == {"within"}
+    assert failures(found, asked="0.1mm").keys() == {"within"}
+    assert failures(found, asked="no tolerance").keys() == {"within"}
+
+
+def test_a_tolerance_that_is_not_reached_is_said_to_be_by_the_intervals_alone() -> None:
+    found = refined("1e-9%")
+
+    assert failures(found) == {}
+    assert failures(found, reached=True, places=()) == {
+        "within": "the intervals say otherwise whether the tolerance is reached"
+    }
+    assert failures(found, places=()).keys() == {"within"}
 
 
 def test_without_a_tolerance_there_is_one_refinement_and_no_word_of_one() -> None:

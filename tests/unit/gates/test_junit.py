@@ -10,7 +10,7 @@ import xmlschema
 
 from meshcone.gates.formats.junit import to_junit
 from meshcone.gates.results import GateRun
-from tests.unit.gates.runs import MIXED, OPPOSED, asset, check, warned
+from tests.unit.gates.runs import MIXED, OPPOSED, asset, warned
 
 SCHEMA = xmlschema.XMLSchema(Path(__file__).with_name("junit.xsd"))
 
@@ -63,6 +63,17 @@ def test_what_a_report_warns_of_is_the_output_of_the_suite() -> None:
     assert said == "warning: normals.opposed: Most normals <oppose> each other."
 
 
+def test_an_asset_that_no_gate_applies_to_is_an_error() -> None:
+    written = to_junit(GateRun.of([asset("ball.obj")]))
+
+    SCHEMA.validate(written.decode())
+    [suite] = junitparser.JUnitXml.fromstring(written)
+    [case] = suite
+    assert (suite.tests, suite.errors) == (1, 1)
+    assert (case.name, case.result[0].type) == ("gated", "not_tested")
+    assert case.result[0].message == "No gate applies to this asset."
+
+
 def test_what_could_not_be_tested_is_no_pass() -> None:
     strict, lenient = suites(MIXED)["open.obj"]
 
@@ -85,13 +96,6 @@ def test_the_counts_are_those_of_the_cases() -> None:
     whole.update_statistics()
 
     assert stated == (whole.tests, whole.failures, whole.errors) == (10, 1, 3)
-
-
-def test_an_asset_without_gates_is_an_empty_suite() -> None:
-    run = GateRun.of([asset("free.obj"), asset("held.obj", check("pass"))])
-
-    SCHEMA.validate(to_junit(run).decode())
-    assert len(list(suites(run)["free.obj"])) == 0
 
 
 def test_a_label_is_part_of_the_name() -> None:

@@ -10,7 +10,8 @@ import pytest
 from sarif_pydantic import Sarif
 
 from meshcone.gates.formats.sarif import UNUSABLE, to_sarif
-from meshcone.gates.results import GateRun
+from meshcone.gates.results import NO_GATE, GateRun
+from meshcone.notices import Code, WarningRecord, warning
 from tests.unit.gates.runs import MIXED, OPPOSED, asset, check, warned
 from tests.unit.gates.sarif_schema import LOG
 
@@ -53,6 +54,15 @@ def test_the_schema_would_notice(path: list[Any], value: Any) -> None:
     section[path[-1]] = value
 
     assert list(VALIDATOR.iter_errors(document))
+
+
+@pytest.mark.parametrize("warnings", [(), (warning(Code.GATES_NONE, "pair", NO_GATE),)])
+def test_that_no_gate_applies_is_open(warnings: tuple[WarningRecord, ...]) -> None:
+    run = GateRun.of([asset("ball.obj").model_copy(update={"warnings": warnings})])
+
+    VALIDATOR.validate(json.loads(to_sarif(run)))
+    [found] = run_of(run)["results"]
+    assert (found["ruleId"], found["kind"], found["level"]) == ("gates.none", "open", "none")
 
 
 def test_another_reader_finds_the_same() -> None:
