@@ -25,8 +25,9 @@ _OPPOSED_WEIGHT = 0.02
 _FIRST_ROUND_OPPOSITION = -0.5
 # Samples within this distance of the source pull at it whatever its median distance is.
 _REACH_FLOOR = 0.02
-# A sample this far across an open border of the source lies on what the source lacks.
-_LACKING_IN_MEDIANS, _LACKING_FLOOR = 3.0, 0.05
+# A sample this far across an open border of the source lies on what the source lacks. Nearer ones
+# bring out the borders of coarse meshes.
+_LACKING_IN_MEDIANS, _LACKING_FLOOR = 3.0, 0.1
 
 
 def round_objective(

@@ -32,8 +32,9 @@ _LOOKED_AT_AGAIN = 2
 _DRIFT = 1.05
 # Where this share of the vertices lies on the reference, they may stay while the rest moves.
 _MOSTLY = 0.5
-# From this mean distance on, either way, in the reference's radius, the source is stretched too.
-_FAR = 0.06
+# From this mean distance on, in the reference's radius, the source is stretched as well; but not
+# where one of the two lies on the other within this distance in the mean.
+_FAR, _ON_IT = 0.06, 0.02
 
 
 class SurfaceRefiner:
@@ -93,14 +94,15 @@ class SurfaceRefiner:
     def _is_far(self, harm: HarmCheck) -> bool:
         """Tell whether the source is so far away that closest points mislead it.
 
-        Both ways: a source that is a part of its reference lies on it, and stretching would
-        spread it over what it lacks. What a caller asks of the answer is asked of the source;
+        A source that is a part of its reference lies on it, however far that goes on: stretching
+        would spread it over what it lacks. What a caller asks of the answer is asked of the source;
         stretched it is another mesh.
         """
         free = self._options.cones == ConeOptions() and self._problems.start is None
         small = len(self._source.vertices) <= LARGEST
-        nearer = float(harm.input.distances.sampled.mean(axis=1).min())
-        return free and small and nearer > _FAR
+        distances = harm.input.distances
+        nearer = float(distances.sampled.mean(axis=1).min())
+        return free and small and distances.mean > _FAR and nearer > _ON_IT
 
     def _is_mostly_right(self, attempt: Attempt) -> bool:
         """Tell whether most vertices lie on the reference, and some do not."""

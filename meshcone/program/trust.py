@@ -47,19 +47,24 @@ def without_counterpart(
     median = float(np.median(distances[used]))
     limit = _limit(median)
     _, pieces = connected_components(adjacency, directed=False)
-    far = distances > limit
-    degree = np.diff(adjacency.indptr)
-    inside = far & (degree > 0) & (adjacency @ far.astype(np.float64) >= degree)
-    kept = sparse.diags_array(far.astype(np.float64))
-    _, labels = connected_components(kept @ adjacency @ kept, directed=False)
-    parts = far & np.isin(labels, labels[inside])
-    lost = _unless_needed(source, reference, parts | _by_half(far, pieces), limit)
+    parts = _parts(distances > limit, adjacency)
+    lost = _unless_needed(source, reference, parts | _by_half(parts, pieces), limit)
     if len(np.unique(pieces[used])) > 1:
         # Where a piece has most of the vertices, its own distance is the median of theirs.
         back = SurfaceTree(source).closest(reference.points).distances
         limit = _limit(min(median, float(np.median(back))))
-        lost |= _unless_needed(source, reference, _by_half(distances > limit, pieces), limit)
+        whole = _by_half(_parts(distances > limit, adjacency), pieces)
+        lost |= _unless_needed(source, reference, whole, limit)
     return lost
+
+
+def _parts(far: Bools, adjacency: sparse.csr_array) -> Bools:
+    """Find the connected sets of far vertices in which one has far neighbours alone, (n,)."""
+    degree = np.diff(adjacency.indptr)
+    inside = far & (degree > 0) & (adjacency @ far.astype(np.float64) >= degree)
+    kept = sparse.diags_array(far.astype(np.float64))
+    _, labels = connected_components(kept @ adjacency @ kept, directed=False)
+    return np.asarray(far & np.isin(labels, labels[inside]))
 
 
 def _limit(median: float) -> float:
@@ -67,7 +72,7 @@ def _limit(median: float) -> float:
 
 
 def _by_half(far: Bools, pieces: NDArray[np.int32]) -> Bools:
-    """Find the vertices of pieces more than half of whose vertices are far, (n,)."""
+    """Find the vertices of pieces of which more than half are far, (n,)."""
     return np.asarray((np.bincount(pieces, far) > 0.5 * np.bincount(pieces))[pieces])
 
 

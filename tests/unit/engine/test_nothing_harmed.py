@@ -150,7 +150,7 @@ def test_half_a_ball_is_not_spread_over_the_whole(seed: int) -> None:
 
     before, after = row_lengths(source.vertices - truth.vertices), errors(answer, truth)
     assert answer.report.outcome == "improved"
-    assert after.max() < 2 * before.max()
+    assert after.max() < before.max() + 0.1
 
 
 def test_a_badge_of_most_vertices_stays_before_its_wall() -> None:
