@@ -7,7 +7,6 @@ import shlex
 import shutil
 import sys
 import tempfile
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -115,8 +114,9 @@ def _working_directory(out: Path, display: Display) -> Iterator[Path]:
     """A temporary directory; if what is done in it fails, the service's log outlives it."""
     from service.demo.interruption import deferred
     from service.demo.session import LOG_NAME
+    from worker.run.stopping import StopRequest
 
-    with deferred(threading.Event()):
+    with deferred(StopRequest(grace=0)):
         directory = tempfile.TemporaryDirectory(prefix="meshcone-demo-")
     with directory as name:
         log = Path(name) / LOG_NAME

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import threading
+import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-LOOK_INTERVAL = 0.5  # seconds between looks whether everything still runs
+LOOK_INTERVAL = 0.2  # seconds between looks whether everything still runs
 
 
 def command(
@@ -31,15 +30,18 @@ def command(
     """
     from meshcone.settings import load_settings
     from service.stack import Stack
+    from worker.run.stopping import StopRequest
     from worker.settings import WorkerSettings
 
     overrides = {} if data_dir is None else {"data_dir": data_dir}
     settings = load_settings(WorkerSettings, **overrides)
-    stopping = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda _number, _frame: stopping.set())
-    with Stack(settings, host=host, port=port, workers=workers, given_up=stopping.is_set) as stack:
-        if not stopping.is_set():
+    stop = StopRequest(settings.stop_grace)
+    stop.listen()
+    with Stack(
+        settings, host=host, port=port, workers=workers, given_up=lambda: stop.made
+    ) as stack:
+        if not stop.made:
             typer.echo(f"MeshCone listens on {stack.url} (Ctrl-C ends it)")
-        while not stopping.wait(LOOK_INTERVAL):
+        while not stop.made:
             stack.restart_ended()
+            time.sleep(LOOK_INTERVAL)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from worker.run.stopping import StopRequest
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -35,23 +36,22 @@ def interruptible() -> Iterator[None]:
 
 
 @contextmanager
-def deferred(noted: threading.Event) -> Iterator[None]:
+def deferred(request: StopRequest) -> Iterator[None]:
     """Interrupt at the end rather than in between.
 
     An interruption between the making of a process or a directory and the noting of it would
     leave it behind.
 
     Args:
-        noted: set when a signal arrives.
+        request: what notes a signal when it arrives.
 
     Raises:
         KeyboardInterrupt: in the end, if a signal arrived.
     """
-    for number in _SIGNALS:
-        signal.signal(number, lambda *_: noted.set())
+    request.listen()
     try:
         yield
     finally:
         allow()
-    if noted.is_set():
+    if request.made:
         raise KeyboardInterrupt

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -79,12 +78,13 @@ def run_session(
 def _service(data_dir: Path, display: Display) -> Iterator[Stack]:
     """A running service. Nothing interrupts its start in between, and nothing its stop."""
     from service.stack import Stack
+    from worker.run.stopping import StopRequest
 
-    interrupted = threading.Event()
-    stack = Stack(_own_settings(data_dir), log=data_dir / LOG_NAME, given_up=interrupted.is_set)
+    request = StopRequest(grace=0)
+    stack = Stack(_own_settings(data_dir), log=data_dir / LOG_NAME, given_up=lambda: request.made)
     display.step("starting a broker, an API and a worker")
     try:
-        with interruption.deferred(interrupted):
+        with interruption.deferred(request):
             stack.start()
         yield stack
     except KeyboardInterrupt:

@@ -165,7 +165,7 @@ def test_the_files_of_a_batch_stay_until_its_jobs_are_entered_however_late(
     register.lease([digest], batch.id, -1)  # as when nobody could enter a job for an hour
     blobs.put_file(io.BytesIO(content), digest)
     batches.stage(batch.id, [job])
-    batches.commit(batch, capacity=1)
+    batches.commit(batch, capacity=1000)  # of a queue that other tests left jobs in
 
     blobs.sweep()
     batches.carry_on(batch.id)

@@ -67,6 +67,16 @@ def test_a_worker_killed_while_serve_starts_is_started_again(tmp_path: Path) -> 
         assert caller.statuses == {200: 2}
 
 
+def test_serve_ends_though_signals_come_while_it_handles_others(tmp_path: Path) -> None:
+    with starting(tmp_path) as service:
+        service.url()
+
+        for number in (signal.SIGTERM, signal.SIGINT) * 200:
+            service.process.send_signal(number)
+
+        assert service.process.wait(PATIENCE) == 0
+
+
 def test_settings_that_no_process_can_use_end_serve_with_the_reason(tmp_path: Path) -> None:
     with starting(tmp_path, MESHCONE_REQUIRE_KEYS="sometimes") as service:
         assert service.process.wait(60) == 2

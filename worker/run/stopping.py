@@ -1,4 +1,4 @@
-"""A worker's being asked to stop."""
+"""A process's being asked to stop."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ _REPEATED = 1.0  # seconds within which a second signal is the same request, sen
 
 
 class StopRequest:
-    """Notes SIGTERM and SIGINT. Nothing is interrupted: the worker looks here in between.
+    """Notes SIGTERM and SIGINT. Nothing is interrupted: the process looks here in between.
+
+    The signals' handler takes no lock, as that of an event would: a second signal may arrive
+    while the first is handled, and would wait for its own thread.
 
     Args:
         grace: seconds a job in hand may still take.

@@ -150,18 +150,16 @@ async function showOptions() {
 /** The whole page is a place to drop on: nobody loses the page over an inch. */
 function startDropping() {
   const drop = byId("drop");
-  let over = 0;
-  const hover = (count) => {
-    over = Math.max(0, count);
-    drop.classList.toggle("over", over > 0);
-    byId("veil").hidden = over === 0 || byId("new-dialog").open;
+  const hover = (over) => {
+    drop.classList.toggle("over", over);
+    byId("veil").hidden = !over || byId("new-dialog").open;
   };
-  addEventListener("dragenter", (event) => { event.preventDefault(); hover(over + 1); });
-  addEventListener("dragleave", () => hover(over - 1));
-  addEventListener("dragover", (event) => event.preventDefault());
+  for (const kind of ["dragenter", "dragover"]) addEventListener(kind, (event) => { event.preventDefault(); hover(true); });
+  // It goes to nothing when the pointer leaves the window.
+  addEventListener("dragleave", (event) => { if (!event.relatedTarget) hover(false); });
   addEventListener("drop", async (event) => {
     event.preventDefault();
-    hover(0);
+    hover(false);
     const side = event.target.closest?.(".slot")?.dataset.slot;
     const files = await droppedFiles(event.dataTransfer);
     if (files.length) await take(files, side);

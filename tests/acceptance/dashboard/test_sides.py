@@ -26,12 +26,17 @@ def exports(tmp_path: Path) -> Path:
 
 def drop_from_disk(page: Page, paths: Sequence[Path]) -> None:
     """Drop files and folders as a file manager does, which no script of a page can."""
+    drag_from_disk(page, paths, "dragEnter", "dragOver", "drop")
+
+
+def drag_from_disk(page: Page, paths: Sequence[Path], *kinds: str, x: int = 600) -> None:
+    """Some steps of dragging files and folders over the middle of a page."""
     session = page.context.new_cdp_session(page)
     dragged = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
-    for kind in ("dragEnter", "dragOver", "drop"):
+    for kind in kinds:
         session.send(
             "Input.dispatchDragEvent",
-            {"type": kind, "x": 600, "y": 400, "data": dragged},
+            {"type": kind, "x": x, "y": 400, "data": dragged},
         )
 
 
@@ -65,6 +70,27 @@ def test_two_dropped_folders_are_the_two_sides(page: Page, client: Client, expor
 
     assert_apart(job)
     assert client.report(job.id)["outcome"] == "improved"
+
+
+def test_what_is_dragged_is_over_the_veil_and_not_over_rows_that_are_drawn_anew(
+    page: Page, exports: Path
+) -> None:
+    page.goto("/")
+    drag_from_disk(page, [exports / "new"], "dragEnter", "dragOver")
+
+    on_veil = page.evaluate("document.elementFromPoint(600, 400).closest('#veil') !== null")
+
+    assert on_veil  # a drop on an element that has just been replaced is lost
+
+
+def test_what_is_dragged_out_of_the_window_leaves_no_veil(page: Page, exports: Path) -> None:
+    page.goto("/")
+    drag_from_disk(page, [exports / "new"], "dragEnter", "dragOver")
+    expect(page.locator("#veil")).to_be_visible()
+
+    drag_from_disk(page, [exports / "new"], "dragOver", x=-20)
+
+    expect(page.locator("#veil")).to_be_hidden()
 
 
 def test_a_zip_of_two_exports_is_opened_and_its_folders_are_the_two_sides(

@@ -1,12 +1,12 @@
 from __future__ import annotations
 
 import signal
-import threading
 from collections.abc import Callable
 
 import pytest
 
 from service.demo.interruption import deferred, interruptible
+from worker.run.stopping import StopRequest
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
@@ -18,14 +18,14 @@ def interrupted(number: signal.Signals, then: Callable[[], None]) -> None:
 
 
 def interrupted_deferred(number: signal.Signals, then: Callable[[], None]) -> None:
-    with interruptible(), deferred(threading.Event()):
+    with interruptible(), deferred(StopRequest(grace=0)):
         signal.raise_signal(number)
         then()
 
 
 def interrupted_after_a_deferral(number: signal.Signals, then: Callable[[], None]) -> None:
     with interruptible():
-        with deferred(threading.Event()):
+        with deferred(StopRequest(grace=0)):
             pass
         signal.raise_signal(number)
         then()
@@ -51,14 +51,14 @@ def test_deferred_signal_interrupts_at_the_end(number: signal.Signals) -> None:
 
 
 def test_deferred_signal_is_noted_when_it_arrives() -> None:
-    noted = threading.Event()
+    noted = StopRequest(grace=0)
     with pytest.raises(KeyboardInterrupt), interruptible(), deferred(noted):
         raise_and_require(noted)
 
 
-def raise_and_require(noted: threading.Event) -> None:
+def raise_and_require(noted: StopRequest) -> None:
     signal.raise_signal(signal.SIGTERM)
-    assert noted.is_set()
+    assert noted.made
 
 
 def test_error_within_a_deferral_is_what_is_raised() -> None:
@@ -71,6 +71,6 @@ def test_error_within_a_deferral_is_what_is_raised() -> None:
 
 def test_what_the_signals_did_before_is_put_back() -> None:
     before = [signal.getsignal(number) for number in SIGNALS]
-    with interruptible(), deferred(threading.Event()):
+    with interruptible(), deferred(StopRequest(grace=0)):
         pass
     assert [signal.getsignal(number) for number in SIGNALS] == before
