@@ -10,7 +10,7 @@ import sys
 import tomllib
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import jsonschema
 import pytest
@@ -18,6 +18,8 @@ from ruamel.yaml import YAML
 
 from meshcone.gates.files import parse_gate_file
 from meshcone.options import parse_options_json
+from meshcone.picture_formats import PictureFormat
+from service.gating.matching import REFERENCES
 from service.gating.pairs import read_manifest
 from tests import shapes
 
@@ -199,8 +201,24 @@ def test_the_hook_has_what_pre_commit_asks_for() -> None:
 
     assert {"id", "name", "entry", "language"} <= set(hook)
     assert hook["id"] == loaded(example)["repos"][0]["hooks"][0]["id"]
-    assert re.search(hook["files"], "props/barrel.glb")
     assert not re.search(hook["files"], "props/barrel.glb.import")
+    assert not re.search(hook["files"], "props/glb")
+
+
+@pytest.mark.parametrize(
+    "ending",
+    [
+        *sorted(REFERENCES),
+        *(f".{name}" for name in get_args(PictureFormat) if name != "unknown"),
+        *(".jpg", ".tga", ".mtl", ".bin"),
+        *(".csv", ".toml", ".json"),
+    ],
+)
+def test_the_hook_runs_for_every_file_that_a_gate_depends_on(ending: str) -> None:
+    [hook] = loaded((ROOT / ".pre-commit-hooks.yaml").read_text())
+
+    assert re.search(hook["files"], f"props/barrel{ending}")
+    assert re.search(hook["files"], f"props/BARREL{ending.upper()}")
 
 
 @pytest.mark.parametrize(
