@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from pydantic import BaseModel
@@ -15,6 +16,7 @@ from meshcone.auditing.validator import ValidatorSettings
 from meshcone.gates.paths import known_values
 from meshcone.options import Mode
 from meshcone.quality.records import Metrics, Validity
+from meshcone.report.report import Agreement, AuditReport, MeasureReport, Outcome, Report
 from service.cli import app, keys
 from service.settings import ServiceSettings
 from tests.references.parts import DOCS, PARTS, parts_of, renewed
@@ -99,3 +101,16 @@ def test_every_value_of_an_audit_is_documented(family: str) -> None:
 @pytest.mark.parametrize("name", [*Changes.model_fields, *ChangeCounts.model_fields])
 def test_every_kind_of_change_is_documented(name: str) -> None:
     assert f"`{name}`" in (DOCS / "audit.md").read_text().partition("## What changed")[2]
+
+
+@pytest.mark.parametrize("report", [Report, MeasureReport, AuditReport])
+def test_every_section_of_a_report_is_described(report: type[BaseModel]) -> None:
+    text = (DOCS / "report.md").read_text()
+
+    names = [field.alias or name for name, field in report.model_fields.items()]
+    assert [name for name in names if f"`{name}`" not in text] == []
+
+
+@pytest.mark.parametrize("outcome", sorted({*get_args(Outcome), *get_args(Agreement)}))
+def test_every_outcome_is_named_where_reports_are_described(outcome: str) -> None:
+    assert f"`{outcome}`" in (DOCS / "report.md").read_text()
