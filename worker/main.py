@@ -21,6 +21,7 @@ def main() -> None:
 
     configure_logging()
 
+    from meshcone.scratch import remove_orphans
     from meshcone.settings import load_settings
     from worker.run.stopping import StopRequest
     from worker.settings import WorkerSettings
@@ -32,6 +33,7 @@ def main() -> None:
     stop.listen()
     upkeep = UpkeepProcess()
     upkeep.keep()
+    remove_orphans()
 
     # 2.5 s of imports: paid here once and not in every horse. Nothing of them becomes garbage, for
     # which Python would look hundreds of times meanwhile.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import io
 import math
 import tempfile
@@ -185,10 +184,19 @@ def check_status(info: dict[str, Any], options: SolverOptions) -> None:
 
 
 def read_history(log: Path) -> dict[str, list[float]]:
-    """Read the columns worth keeping from SCS's iteration log."""
-    with log.open(newline="") as lines:
-        rows = list(csv.DictReader(lines))
-    return {name: [_finite(row[name]) for row in rows] for name in _HISTORY_COLUMNS}
+    """Read the columns worth keeping from SCS's iteration log.
+
+    SCS goes on where it cannot write. On a full disk the log is not there, ends amid a row, or
+    has such rows in it: they are left out, as what they were to say is not known.
+    """
+    text = log.read_text(encoding="ascii", errors="replace") if log.exists() else ""
+    head, *rows = [line.split(",") for line in text.split("\n")[:-1]] or [[]]
+    if not set(_HISTORY_COLUMNS) <= set(head):
+        rows = []
+    # The head has more columns than a row. What a cut row has before the next is longer than one.
+    width = min(map(len, rows), default=0)
+    whole = [dict(zip(head, row, strict=False)) for row in rows if len(row) == width]
+    return {name: [_finite(row[name]) for row in whole] for name in _HISTORY_COLUMNS}
 
 
 def _finite(text: str) -> float:

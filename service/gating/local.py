@@ -11,17 +11,19 @@ from contextlib import closing
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
+from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
 from meshcone.files import MeshFile
 from meshcone.gates.results import AssetResult, AssetView, Judgement
+from meshcone.lifeline import die_with_parent
 from meshcone.local_files import read_local
 from meshcone.options import Mode
+from meshcone.scratch import remove_orphans, scratch, work_in
 from service.api.schemas import LinkedFile
 from service.gating.job import GateJob, judged
 from service.gating.pairs import Place, shown
-from worker.lifeline import die_with_parent
 
 if TYPE_CHECKING:
     from meshcone.report.report import AnyReport
@@ -47,6 +49,7 @@ class LocalGatekeeper:
         engines = [_ENGINES[mode] for mode in sorted(modes)]
         self._context.set_forkserver_preload([*engines, *_IMPORTED_LATE, __name__])
         _start_forkserver()  # while there are no threads yet
+        remove_orphans()
         self._lock = threading.Lock()
         self._running: set[ForkServerProcess] = set()
         self._stopped = False
@@ -64,14 +67,14 @@ class LocalGatekeeper:
 
     def _work(self, job: GateJob) -> Judgement:
         receiver, sender = self._context.Pipe(duplex=False)
-        process = self._context.Process(target=_child, args=(sender, job), daemon=True)
-        with closing(receiver):
+        with scratch() as place, closing(receiver):
+            process = self._context.Process(target=_child, args=(sender, job, place), daemon=True)
             self._start(process)
             sender.close()  # or its end would never be seen
             answer: Judgement | MeshConeError | None
             try:
                 answer = receiver.recv()
-            except EOFError:
+            except (EOFError, OSError):  # OSError where it died while it was sending
                 answer = None
             finally:
                 self._finish(process)
@@ -118,8 +121,9 @@ def _ended(code: int | None) -> str:
     return f"ended with exit code {code}"
 
 
-def _child(sender: Connection, job: GateJob) -> None:
+def _child(sender: Connection, job: GateJob, place: Path | None) -> None:
     die_with_parent(os.getppid(), signal.SIGKILL)
+    work_in(place)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what a Ctrl-C ends
     answer: object
     try:

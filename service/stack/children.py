@@ -9,8 +9,8 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from meshcone.lifeline import tied_command
 from service.stack.restarts import Restarts
-from worker.lifeline import tied_command
 
 
 class Child:

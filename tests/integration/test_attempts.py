@@ -137,6 +137,46 @@ def test_canceling_a_running_job_ends_its_horse_and_no_other_job(
     assert plain.ended(next_id).state == "succeeded"
 
 
+def test_the_temporary_files_of_an_attempt_that_is_killed_are_removed(
+    install: Install,
+    rough_ball: MeshFile,
+    ball: MeshFile,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    installation = install()
+    job_id, _ = installation.running(rough_ball, ball)
+    [place] = tmp_path.glob("meshcone-job-*")
+    (place / "scene.usd").touch()
+
+    installation.ledger.cancel(job_id)
+
+    installation.ended(job_id)
+    wait_for(lambda: not place.exists())
+
+
+def test_those_of_a_worker_that_is_killed_are_removed_by_the_next_one(
+    install: Install,
+    rough_ball: MeshFile,
+    ball: MeshFile,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    installation = install()
+    installation.running(rough_ball, ball)
+    [worker] = installation.stack.worker_pids()
+    [place] = tmp_path.glob("meshcone-job-*")
+
+    os.kill(worker, signal.SIGKILL)
+    wait_for(lambda: has_ended(worker))
+    assert place.exists()
+    installation.stack.restart_ended()
+
+    wait_for(lambda: not place.exists())
+
+
 def test_a_worker_asked_to_stop_ends_the_job_in_hand_first(
     install: Install, rough_ball: MeshFile, ball: MeshFile
 ) -> None:

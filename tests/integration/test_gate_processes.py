@@ -60,6 +60,17 @@ def test_an_interrupt_ends_it_and_all_it_started(assets: Path) -> None:
     assert not (assets / "gate.json").exists()
 
 
+def test_the_temporary_files_of_a_process_that_dies_are_removed(
+    assets: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with gating(assets) as run:
+        [place] = tmp_path.glob("meshcone-job-*")
+        (place / "scene.usd").touch()
+        os.kill(run.engine, signal.SIGKILL)
+        wait_for(lambda: not place.exists())
+
+
 @contextmanager
 def gating(directory: Path) -> Iterator[Run]:
     """Gate a few pairs one at a time, up to where the first is read."""

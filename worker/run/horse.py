@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Self
 
-from worker.lifeline import die_with_parent
+from meshcone.lifeline import die_with_parent
 
 MAXRSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes; getrusage(2) of each
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 DISK_FULL = os.EX_CANTCREAT
-"""A horse's exit code where its results find no room."""
+"""A horse's exit code where its files find no room."""
 
 TIMEOUT_MESSAGE = "the job took longer than this installation allows (MESHCONE_JOB_TIMEOUT)"
 MEMORY_MESSAGE = "the job needs more memory than this installation allows"
@@ -60,7 +60,9 @@ def settle(
     if ending.death.code == os.EX_OK:
         return None
     if ending.death.code == DISK_FULL:
-        logger.warning("job %s waits: the disk of the file store is full", record.id)
+        logger.warning(
+            "job %s waits: the disk of the file store or of temporary files is full", record.id
+        )
         return ledger.hand_back(record.id, record.attempt)
     if ending.death.signal == signal.SIGXCPU:  # see worker.run.sandbox
         return _fail(ledger, record, SolveTimeoutError(TIMEOUT_MESSAGE))

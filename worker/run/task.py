@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -41,11 +43,12 @@ from worker.run.settlement import DISK_FULL, MEMORY_MESSAGE, TIMEOUT_MESSAGE
 from worker.run.time_limit import TimeLimitReached, time_limit
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
-from worker.storage.errors import DamagedFileError, StoreError, StoreFullError
+from worker.storage.errors import FULL_DISK, DamagedFileError, StoreError, StoreFullError
 from worker.storage.register import BlobRegister
 
 logger = logging.getLogger(__name__)
 
+_OWN_SHARE = 0.5  # of a disk; if that is free without the job's files, it was they that filled it
 SOLVER_SHARE = 0.9  # of the job's time, which one solve may take at most
 
 
@@ -55,7 +58,7 @@ def run(job_id: str, attempt: int) -> int:
     Returns:
         An exit code: ``EX_OK`` if the ledger has been told, or knows better;
         ``EX_TEMPFAIL`` if broker or file store failed, which may be worth another attempt;
-        ``DISK_FULL`` if the results find no room, which is no fault of the job.
+        ``DISK_FULL`` if its files find no room, which is no fault of the job.
     """
     settings = load_settings(WorkerSettings)
     confine(settings)
@@ -70,7 +73,7 @@ def run(job_id: str, attempt: int) -> int:
     except (TransitionRefusedError, UnknownJobError) as refusal:
         # Canceled, or taken up by another worker that thought this one dead.
         logger.warning("left alone: %s", refusal)
-    except StoreFullError:
+    except (StoreFullError, DiskFullError):
         return DISK_FULL
     except (RedisError, StoreError):
         logger.exception("broker or file store failed under job %s", job_id)
@@ -110,9 +113,12 @@ def _last_step(
         error = SolveTimeoutError(TIMEOUT_MESSAGE)
     except MemoryError:
         error = OutOfMemoryError(f"{MEMORY_MESSAGE} (MESHCONE_JOB_MEMORY_BYTES)")
-    except Exception:  # a fault of ours; another attempt would only repeat it
+    except Exception as found:  # as a rule a fault of ours; another attempt would only repeat it
         logger.exception("job %s failed unexpectedly", record.id)
-        error = InternalError("an unexpected error in the service; it has been logged")
+        if getattr(found, "errno", None) in FULL_DISK:
+            error = full_disk()
+        else:
+            error = InternalError("an unexpected error in the service; it has been logged")
     else:
         return partial(
             ledger.succeed,
@@ -127,6 +133,25 @@ def _last_step(
         )
     logger.info("job %s failed (%s): %s", record.id, error.kind, error)
     return partial(ledger.fail, record.id, attempt, JobError.of(error))
+
+
+class DiskFullError(Exception):
+    """Others' files fill the disk of temporary files."""
+
+
+def full_disk() -> LimitError:
+    """What to say of a job that filled a disk, whose files are removed by now.
+
+    Raises:
+        DiskFullError: others fill it, so that the job may find room at another time.
+    """
+    disk = shutil.disk_usage(tempfile.gettempdir())
+    if disk.free < _OWN_SHARE * disk.total:
+        raise DiskFullError
+    return LimitError(
+        f"the job's temporary files take more than the {disk.free:,} bytes that the disk of "
+        "its worker has for them (TMPDIR)"
+    )
 
 
 def _require_small(files: Mapping[str, ArtifactFile], limit: int) -> None:

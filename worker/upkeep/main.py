@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from redis.exceptions import LockError, RedisError
 
+from meshcone.lifeline import tied_command
 from meshcone.settings import load_settings
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.patience import OutageLog
@@ -26,7 +27,6 @@ from worker.jobs.batches import Batches, carry_through
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
-from worker.lifeline import tied_command
 from worker.logs import configure_logging
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore

@@ -20,8 +20,8 @@ from collections.abc import Iterator, Mapping
 from types import FrameType
 from typing import IO, TYPE_CHECKING, Any, NoReturn
 
+from meshcone.lifeline import die_with_parent
 from meshcone.threads import use_one_thread
-from worker.lifeline import die_with_parent
 from worker.run.sandbox import guard_network, limit_resources
 
 SCRATCH_BYTES = 1 << 30  # of a file that a reader of design files writes and removes

@@ -1,6 +1,6 @@
 """Ties a process's life to its parent's.
 
-``python -m worker.lifeline PARENT SIGNAL COMMAND…`` becomes COMMAND, which receives
+``python lifeline.py PARENT SIGNAL COMMAND…`` becomes COMMAND, which receives
 SIGNAL when process PARENT ends, however it ends. The request is made in the child,
 after the fork, because a hook between fork and exec is unsafe in a parent with threads.
 """
@@ -29,12 +29,16 @@ def die_with_parent(parent_pid: int, death_signal: signal.Signals) -> None:
 
 
 def tied_command(command: Sequence[str], death_signal: signal.Signals) -> list[str]:
-    """The command line that runs ``command`` as a child that does not outlive this process."""
+    """The command line that runs ``command`` as a child that does not outlive this process.
+
+    More exactly, the thread that starts it: that is who Linux takes for a parent here.
+    """
+    if sys.platform != "linux":
+        return list(command)
     return [
         sys.executable,
-        "-P",  # a folder `worker` of the working directory is not this program's
-        "-m",
-        __spec__.name,
+        "-I",  # nothing of the working directory or the environment is this program's
+        __file__,
         str(os.getpid()),
         str(int(death_signal)),
         *command,
