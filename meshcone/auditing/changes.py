@@ -30,6 +30,7 @@ from meshcone.auditing.contents import (
     tracks,
     uv_layouts,
 )
+from meshcone.auditing.hanging import reached, rehung
 from meshcone.auditing.parts import Parts
 from meshcone.auditing.records.changes import (
     ROWS_KEPT,
@@ -75,6 +76,14 @@ def _differences(reference: Asset, source: Asset, moved: Floats | None) -> Itera
     old_nodes, new_nodes = nodes(reference, old), nodes(source, new)
     yield from _listed("nodes", old_nodes, new_nodes)
     yield from _moves(old_nodes, new_nodes)
+    numbers = (
+        dict(zip(old_nodes, reached(old), strict=True)),
+        dict(zip(new_nodes, reached(new), strict=True)),
+    )
+    for each in rehung(old, new, *numbers):
+        yield _change(
+            "altered", each.what, each.where, each.words, before=each.before, after=each.after
+        )
     yield from _described("meshes", *both(meshes))
     held = parts(reference, old), parts(source, new, moved)
     painted = held[0].painted, held[1].painted

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from meshcone.assets import Asset
 from meshcone.assets.content import Animation, Channel, Content, Fitting, Material, TextureUse
 from meshcone.auditing.bindings import Binding, bindings
+from meshcone.auditing.hanging import reached
 from meshcone.auditing.layout import Layout, layouts
 from meshcone.auditing.parts import DEFAULT, Parts, target_called
 from meshcone.auditing.tracks import Track
@@ -96,10 +97,10 @@ def named(names: Iterable[str]) -> dict[str, str]:
 
 def nodes(asset: Asset, content: Content) -> dict[str, Placed]:
     """Nodes that a scene reaches, by their paths."""
-    reached = [number for number, node in enumerate(content.nodes) if node.depth]
-    keys = _keys([content.path(number) for number in reached])
+    numbers = reached(content)
+    keys = _keys([content.path(number) for number in numbers])
     boxes = _boxes(asset, content)
-    places = (Placed(content.nodes[number].matrix, boxes.get(number)) for number in reached)
+    places = (Placed(content.nodes[number].matrix, boxes.get(number)) for number in numbers)
     return dict(zip(keys, places, strict=True))
 
 

@@ -120,6 +120,8 @@ class Node:
         depth: levels down to it, 1 at a root; 0 if no scene reaches it.
         matrix: (4, 4) from the node to its parent, column vectors.
         mesh, skin, camera, light: indices of what is at it.
+        hidden: whether it is switched off, by itself.
+        extensions: names of the extensions that say more of it.
         extras: whether it carries data of the author's own.
     """
 
@@ -131,6 +133,8 @@ class Node:
     skin: int | None = None
     camera: int | None = None
     light: int | None = None
+    hidden: bool = False
+    extensions: tuple[str, ...] = ()
     extras: str | None = None
 
 

@@ -16,10 +16,11 @@ from meshcone.assets.content.faults import Faults
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
+from meshcone.assets.gltf.extensions import VISIBILITY
 from meshcone.assets.gltf.lenient import Lenient
 from meshcone.assets.gltf.materials import MaterialReader
 from meshcone.assets.gltf.motion import MotionReader
-from meshcone.assets.gltf.nodes import local_matrix
+from meshcone.assets.gltf.nodes import is_hidden, local_matrix
 from meshcone.assets.gltf.parameters import parameters
 from meshcone.assets.gltf.pose import Pose
 from meshcone.assets.gltf.scene import PlacedPrimitive, Scene
@@ -29,6 +30,8 @@ _Read = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 _MODES = ("points", "lines", "line loop", "line strip", "triangles", "strip", "fan")
 _TRIANGLES = 4
 _CORNER_ATTRIBUTES = ("NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_")
+_LIGHTS = "KHR_lights_punctual"
+_SAID_OF_NODES = (_LIGHTS, VISIBILITY)  # by members of their own
 _WITH_EXTRAS = (
     "scenes",
     "nodes",
@@ -96,7 +99,7 @@ class _Reader:
 
     @cached_property
     def _lights(self) -> list[Lenient]:
-        extension = self._root.extension("KHR_lights_punctual")
+        extension = self._root.extension(_LIGHTS)
         return extension.children("lights") if extension else []
 
     @cached_property
@@ -107,7 +110,7 @@ class _Reader:
     def _nodes(self) -> Iterator[Node]:
         parents, depths = self._tree()
         for index, node in enumerate(self._node_objects):
-            light = node.extension("KHR_lights_punctual")
+            light = node.extension(_LIGHTS)
             matrix = node.attempt(local_matrix)
             yield Node(
                 name=node.name,
@@ -118,6 +121,8 @@ class _Reader:
                 skin=node.reference("skin", self._counts["skins"], "skin"),
                 camera=node.reference("camera", self._counts["cameras"], "camera"),
                 light=light.reference("light", len(self._lights), "light") if light else None,
+                hidden=node.attempt(is_hidden) or False,
+                extensions=tuple(each for each in node.extensions() if each not in _SAID_OF_NODES),
             )
 
     def _tree(self) -> tuple[dict[int, int], dict[int, int]]:

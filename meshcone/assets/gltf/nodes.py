@@ -127,7 +127,7 @@ def place_meshes(
         limits.check("node_depth", depth, "levels of nodes", place=node.pointer)
         world = _finite(parent, local_matrix(node), node)
         placements.worlds[index] = world
-        if _is_off(node):
+        if is_hidden(node):
             hidden = placements.invisible
         elif index in coarser and index not in replacing:
             hidden = placements.levels
@@ -191,7 +191,8 @@ def _origin(root: Element) -> NDArray[np.float64]:
     return origin
 
 
-def _is_off(node: Element) -> bool:
+def is_hidden(node: Element) -> bool:
+    """Whether a node switches off itself and what is below it (KHR_node_visibility)."""
     extension = extension_of(node, VISIBILITY)
     return extension is not None and "visible" in extension.value and not extension.flag("visible")
 

@@ -29,7 +29,7 @@ class ChangeCounts(Section):
     """How many of each kind of thing."""
 
     scenes: int = Field(0, description="scenes")
-    nodes: int = Field(0, description="nodes, with where they are")
+    nodes: int = Field(0, description="nodes, with where they are and what is at them")
     meshes: int = Field(0, description="meshes, with the materials they have and where")
     materials: int = Field(0, description="materials, with their factors and textures")
     libraries: int = Field(0, description="material libraries of an OBJ")
@@ -38,7 +38,7 @@ class ChangeCounts(Section):
     color_sets: int = Field(0, description="sets of vertex colours, per mesh")
     attributes: int = Field(0, description="other attributes of vertices, per mesh")
     morph_targets: int = Field(0, description="per mesh")
-    skins: int = Field(0, description="skins")
+    skins: int = Field(0, description="skins, with what they move")
     animations: int = Field(0, description="animations")
     cameras: int = Field(0, description="cameras")
     lights: int = Field(0, description="lights")
