@@ -47,7 +47,10 @@ LONGEST_FILES = (
 
 # Chosen by --hypothesis-profile; an example may take as long as a busy machine needs.
 settings.register_profile("suite", deadline=None)
-settings.register_profile("fuzz", deadline=None, max_examples=5_000)
+# Where CI is set, Hypothesis would try the same examples at every run.
+settings.register_profile(
+    "fuzz", deadline=None, max_examples=5_000, derandomize=False, print_blob=True
+)
 settings.load_profile("suite")
 
 # A shell that runs the suite in the background has it ignore interrupts, and all it starts too.

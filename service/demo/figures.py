@@ -21,10 +21,12 @@ def new_figure(width: float, height: float) -> Figure:
     """A figure of so many inches, drawn without a display and without global state."""
     import logging
 
+    # Before it is imported: it tells of its font cache while it is.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     return figure

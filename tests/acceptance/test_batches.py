@@ -41,7 +41,7 @@ def test_a_batch_by_url_has_one_verdict_and_says_which_pairs_are_to_blame(
     pairs = document.pop("pairs")
     with Client(fetching.url) as client:
         sent = client.submit_batch(pairs, document)
-        batch = client.wait_for_batch(sent.id, timeout=120, interval=0.2)
+        batch = client.wait_for_batch(sent.id, interval=0.2)
 
         result = client.batch_result(batch.id)
         junit = junitparser.JUnitXml.fromstring(client.batch_summary(batch.id, "junit.xml"))

@@ -285,7 +285,7 @@ def test_serve_ends_when_told_to_and_takes_everything_with_it(tmp_path: Path) ->
         children = children_of(service.process.pid)
         service.process.send_signal(signal.SIGTERM)
 
-        assert service.process.wait(timeout=60) == 0
+        assert service.process.wait(timeout=240) == 0
 
     assert len(children) == 5  # broker, worker, webhooks, transfers, API
     assert all(has_ended(pid) for pid in children)

@@ -20,11 +20,13 @@ MEASURE = {"mode": "measure", "quality": {"samples": 256, "emd_samples": 64}}
 
 
 def sent(stack: Stack, document: dict[str, Any]) -> dict[str, Any]:
-    headers = {"Prefer": "wait=30"}
-    answer = httpx2.post(f"{stack.url}/v1/jobs", json=document, headers=headers, timeout=60)
-    assert answer.status_code == 200, answer.text
-    job: dict[str, Any] = answer.json()
-    return job
+    with httpx2.Client(base_url=stack.url, timeout=60, trust_env=False) as http:
+        answer = http.post("/v1/jobs", json=document)
+        assert answer.status_code == 202, answer.text
+        with Client(stack.url) as client:
+            ended = client.wait(answer.json()["id"])
+        job: dict[str, Any] = http.get(f"/v1/jobs/{ended.id}").json()
+        return job
 
 
 def test_a_pair_is_measured_from_where_it_is_and_its_report_put_where_it_is_wanted(
@@ -120,7 +122,7 @@ def test_a_file_that_is_not_there_fails_its_job_in_words(
     assert job["error"]["type"] == "urn:meshcone:problem:input"
     assert job["error"]["file"] == "mug.obj"
     assert "answered 404" in job["error"]["detail"]
-    again = httpx2.get(f"{fetching.url}/v1/jobs/{job['id']}/source")
+    again = httpx2.get(f"{fetching.url}/v1/jobs/{job['id']}/source", trust_env=False, timeout=60)
     assert again.status_code == 404
     assert again.json()["detail"] == "the file has not been fetched"
 
@@ -132,7 +134,7 @@ def test_a_file_of_this_machine_is_none_of_a_senders_business(
     for url in (server.has("/mug.obj", b""), f"file://{tmp_path}/mug.obj", "https://[::1]/mug.obj"):
         document = {"source": {"url": url}, "options": {"mode": "audit"}}
 
-        answer = httpx2.post(f"{stack.url}/v1/jobs", json=document)
+        answer = httpx2.post(f"{stack.url}/v1/jobs", json=document, trust_env=False, timeout=60)
 
         assert answer.status_code == 422
     assert server.seen == []

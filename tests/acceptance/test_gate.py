@@ -6,13 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import jsonschema
 import junitparser
 import pytest
 import xmlschema
 
 from meshcone.gates.files import parse_gate_file
+from service.client import Client
 from service.stack import Stack
 from tests import shapes
 from tests.commands import Finished, meshcone
@@ -250,8 +250,9 @@ def test_jobs_of_a_labelled_run_are_found_by_its_label(assets: Path, stack: Stac
 
     gate(assets, *pair, "--gates", "gates.toml", "--server", stack.url, "--label", "branch 7")
 
-    [job] = httpx2.get(f"{stack.url}/v1/jobs", params={"label": "branch 7"}).json()["jobs"]
-    assert job["labels"] == ["branch 7", "props/closed_05.obj"]
+    with Client(stack.url) as client:
+        [job] = client.jobs(label="branch 7").jobs
+    assert job.labels == ["branch 7", "props/closed_05.obj"]
 
 
 def test_changed_gates_concern_every_pair(assets: Path) -> None:

@@ -193,16 +193,22 @@ def test_the_list_shows_the_newest_first(client: Client, finished: Job) -> None:
     assert finished.id not in [job.id for job in client.jobs(state="failed").jobs]
 
 
-@pytest.mark.usefixtures("finished")
-def test_a_list_can_be_walked_page_by_page(client: Client) -> None:
-    everything = [job.id for job in client.jobs(limit=200).jobs]
+def test_a_list_can_be_walked_page_by_page(
+    client: Client, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    label = new_job_id()
+    sent = [
+        client.submit(rough_ball, ball, {"mode": "measure"}, labels=[label]).id for _ in range(3)
+    ]
+    everything = [job.id for job in client.jobs(limit=200, label=label).jobs]
+    assert sorted(everything) == sorted(sent)
     walked: list[str] = []
-    page = client.jobs(limit=1)
+    page = client.jobs(limit=1, label=label)
     while len(walked) <= len(everything):
         walked += [job.id for job in page.jobs]
         if page.next is None:
             break
-        page = client.jobs(limit=1, cursor=page.next)
+        page = client.jobs(limit=1, label=label, cursor=page.next)
 
     assert walked == everything
 

@@ -75,7 +75,7 @@ def test_a_mesh_comes_back_refined_with_its_proof(
 def test_without_a_place_for_results_it_only_sends(stack: Stack, pair: list[str]) -> None:
     done = meshcone("submit", *pair, "--server", stack.url, "--label", "nightly", "--label", "mugs")
 
-    job = httpx2.get(done.stdout.strip(), trust_env=False).json()
+    job = httpx2.get(done.stdout.strip(), trust_env=False, timeout=60).json()
     assert done.returncode == 0
     assert job["labels"] == ["nightly", "mugs"]
 

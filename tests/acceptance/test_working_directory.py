@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import httpx2
 import pytest
 
 from meshcone.gates.files import parse_gate_file
@@ -77,7 +76,7 @@ def test_the_service_works_there(directory: Path) -> None:
             assert process.stdout is not None
             url = process.stdout.readline().split()[3]
             with Caller(url) as caller:
-                wait_for(lambda: httpx2.get(f"{url}/readyz", trust_env=False).status_code == 200)
+                wait_for(lambda: caller.readiness()[0] == 200)
                 assert caller.submit(small_form()).status_code == 202
                 wait_for(caller.has_seen_all_end)
                 assert caller.states() == {"succeeded"}

@@ -64,4 +64,4 @@ def worker(
             yield process, log
         finally:
             process.terminate()
-            process.wait(60)
+            process.wait(240)

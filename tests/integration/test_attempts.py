@@ -180,14 +180,14 @@ def test_those_of_a_worker_that_is_killed_are_removed_by_the_next_one(
 def test_a_worker_asked_to_stop_ends_the_job_in_hand_first(
     install: Install, rough_ball: MeshFile, ball: MeshFile
 ) -> None:
-    installation = install(stop_grace=60)
+    installation = install(stop_grace=240)
     job_id, _ = installation.running(rough_ball, ball)
     [worker] = installation.stack.worker_pids()
 
     os.kill(worker, signal.SIGTERM)
     installation.hold.release()
 
-    wait_for(lambda: has_ended(worker), 60)
+    wait_for(lambda: has_ended(worker))
     assert installation.ledger.get(job_id).state == "succeeded"
 
 

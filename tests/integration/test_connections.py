@@ -67,7 +67,7 @@ def running_api(broker: EmbeddedBroker, log: Path, **settings: str) -> Iterator[
         yield api
     finally:
         process.terminate()
-        process.wait(60)
+        process.wait(240)
         listener.close()
 
 

@@ -53,7 +53,7 @@ def test_a_process_that_dies_takes_no_other_with_it(assets: Path) -> None:
 def test_an_interrupt_ends_it_and_all_it_started(assets: Path) -> None:
     with gating(assets) as run:
         run.process.send_signal(signal.SIGINT)
-        _, told = run.process.communicate(timeout=60)
+        _, told = run.process.communicate(timeout=240)
 
     assert (run.process.returncode, told) == (130, "")  # what a shell calls an interrupt
     wait_for(lambda: has_ended(run.engine))
@@ -103,7 +103,7 @@ def opened_by_its_reader(path: Path) -> int:
             opened.append(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
         return bool(opened)
 
-    wait_for(is_read, 60)
+    wait_for(is_read)
     return opened[0]
 
 

@@ -103,6 +103,7 @@ def job(observed: Stack, rough_ball: MeshFile, ball: MeshFile) -> Job:
             "Traceparent": f"00-{TRACE_ID}-00f067aa0ba902b7-01",
         },
         trust_env=False,
+        timeout=60,
     )
     assert answer.headers["x-request-id"] == REQUEST_ID
     with Client(observed.url) as client:
@@ -122,7 +123,7 @@ def lines(directory: Path, job: Job) -> list[dict[str, object]]:
 @pytest.fixture
 def samples(observed: Stack, job: Job) -> Samples:
     assert job.state == "succeeded"
-    text = httpx2.get(f"{observed.url}/metrics", trust_env=False).text
+    text = httpx2.get(f"{observed.url}/metrics", trust_env=False, timeout=60).text
     return {
         (sample.name, frozenset(sample.labels.items())): sample.value
         for family in text_string_to_metric_families(text)

@@ -90,7 +90,7 @@ def test_what_keeps_ending_is_started_again_and_the_rest_goes_on(tmp_path: Path)
         for _ in range(4):
             kill_the_worker(stack)
 
-        assert httpx2.get(f"{stack.url}/livez", trust_env=False).status_code == 200
+        assert httpx2.get(f"{stack.url}/livez", trust_env=False, timeout=60).status_code == 200
         assert (stack.pids()["API"], stack.pids()["broker"]) == (api, broker)
 
 

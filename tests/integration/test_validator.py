@@ -132,7 +132,8 @@ sys.exit(1)
 def test_a_program_without_an_answer_tests_nothing(
     program: Path, monkeypatch: pytest.MonkeyPatch, body: str, said: str
 ) -> None:
-    monkeypatch.setattr(validator, "_SECONDS", 5)
+    if said.startswith("took"):
+        monkeypatch.setattr(validator, "_SECONDS", 2)
     write(program, body)
 
     found = validator.validate(WHOLE)

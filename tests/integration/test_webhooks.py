@@ -68,7 +68,7 @@ def deliver(broker: EmbeddedBroker, tmp_path: Path) -> Deliver:
             yield process
         finally:
             process.terminate()
-            assert process.wait(60) in (0, -9)
+            assert process.wait(240) in (0, -9)
 
     return run
 

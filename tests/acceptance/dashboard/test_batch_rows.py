@@ -49,7 +49,7 @@ def ended(stack: Stack, send_pairs: SendPairs) -> Batch:
     """A batch of three pairs, of which the first does not pass."""
     batch = send_pairs("rough", "vase", "mug", name="nightly pairs", labels=["of a night"])
     with Client(stack.url) as client:
-        return client.wait_for_batch(batch.id, timeout=120, interval=0.2)
+        return client.wait_for_batch(batch.id, interval=0.2)
 
 
 def row_of(page: Page, batch: Batch) -> Locator:

@@ -26,10 +26,10 @@ def test_two_dropped_files_become_a_job_that_is_followed_to_its_verdict(
     page.get_by_role("link", name="Watch this job").click()
 
     expect(page.get_by_test_id("progress")).to_be_visible()
-    expect(page.get_by_text(re.compile("^reading"))).to_be_visible(timeout=60_000)
+    expect(page.get_by_text(re.compile("^reading"))).to_be_visible()
     hold.release()
     verdict = page.get_by_test_id("verdict")
-    expect(verdict).to_contain_text("times closer to its reference", timeout=120_000)
+    expect(verdict).to_contain_text("times closer to its reference")
     expect(verdict).to_contain_text("No gates were set")
 
 
@@ -43,7 +43,7 @@ def test_the_table_shows_a_job_sent_elsewhere_without_being_asked(
     row = page.locator(f"tr[data-id='{job.id}']")
 
     expect(row).to_be_visible()
-    expect(row).to_contain_text("improved", timeout=60_000)
+    expect(row).to_contain_text("improved")
     expect(row).to_contain_text("fail")
     expect(row).to_contain_text("F-score")
 
@@ -164,7 +164,7 @@ def test_older_jobs_are_shown_on_demand_and_chosen_with_the_others(
     expect(page.get_by_role("button", name="Show more")).to_be_hidden()
     page.get_by_label("Choose all").check()
     page.get_by_role("button", name="Cancel", exact=True).click()
-    expect(page.get_by_text("51 jobs canceled.")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("51 jobs canceled.")).to_be_visible()
     expect(rows.locator(".chip.canceled")).to_have_count(51)
 
     assert client.delete_all("more than fit").deleted == 51

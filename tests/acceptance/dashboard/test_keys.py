@@ -22,11 +22,14 @@ from worker.settings import WorkerSettings
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """A service that asks for keys although only this machine reaches it."""
     directory = tmp_path_factory.mktemp("guarded")
-    patch = pytest.MonkeyPatch()
-    patch.setenv("MESHCONE_REQUIRE_KEYS", "always")
-    with Stack(WorkerSettings(data_dir=directory), log=directory / "service.log") as running:
+    running = Stack(WorkerSettings(data_dir=directory), log=directory / "service.log")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("MESHCONE_REQUIRE_KEYS", "always")
+        running.start()  # whatever else starts while it lives is to have no such environment
+    try:
         yield running
-    patch.undo()
+    finally:
+        running.stop()
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +43,7 @@ def made_key(guarded: Stack, scopes: str) -> str:
         env={**os.environ, "MESHCONE_REDIS_URL": guarded.redis_url},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=True,
     )
     return next(line.split()[-1] for line in made.stdout.splitlines() if line.startswith("key "))

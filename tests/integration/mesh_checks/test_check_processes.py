@@ -36,7 +36,7 @@ def test_a_check_that_was_killed_is_done_again(
     pipe.give(ball.data[:1000])
 
     with pytest.raises(InputError, match=r"ball\.obj"):  # it is read, and cut off
-        running.result(60)
+        running.result(240)
 
 
 def test_meshes_that_kill_their_check_twice_are_left_to_a_worker(
@@ -47,7 +47,7 @@ def test_meshes_that_kill_their_check_twice_are_left_to_a_worker(
     os.kill(first, signal.SIGSEGV)
     os.kill(pipe.reader(checks, but=first), signal.SIGSEGV)
 
-    assert running.result(60) is False
+    assert running.result(240) is False
     assert checked(portal, checks, mesh, mesh)
 
 
@@ -63,7 +63,7 @@ def test_the_parent_of_all_checks_is_started_again(
     pipe.give(b"x")
 
     with pytest.raises(InputError):
-        running.result(60)
+        running.result(240)
     wait_for(lambda: has_ended(child))
 
 
@@ -84,7 +84,7 @@ def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
     assert caught.value.headers is not None
     assert int(caught.value.headers["Retry-After"]) > 0
     for each in running:
-        assert isinstance(each.exception(60), InputError)
+        assert isinstance(each.exception(240), InputError)
     assert checked(portal, checks, mesh, mesh)
 
 
@@ -104,11 +104,12 @@ def test_a_check_that_does_not_end_is_ended_and_others_go_on(
 
 
 def test_a_parent_of_all_checks_that_hangs_is_replaced(
-    portal: BlockingPortal, mesh: MeshFiles
+    portal: BlockingPortal, mesh: MeshFiles, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
+    with MeshChecks(ServiceSettings()) as checks:
         hanging = checks.pid
-        assert checked(portal, checks, mesh, mesh)
+        assert checked(portal, checks, mesh, mesh)  # its readers are imported by then
+        monkeypatch.setattr(checks, "_check_seconds", 1)
         os.kill(hanging, signal.SIGSTOP)
 
         def check_twice() -> None:  # the child that waits already takes the first
@@ -136,8 +137,8 @@ def test_of_twenty_at_once_two_are_read_and_all_are_answered(
         for pipe in pipes:
             pipe.give(b"x")
 
-        assert all(isinstance(each.exception(60), InputError) for each in first)
-        assert all(each.result(60) for each in others)
+        assert all(isinstance(each.exception(240), InputError) for each in first)
+        assert all(each.result(240) for each in others)
 
 
 def test_a_child_that_is_killed_while_it_waits_is_replaced(

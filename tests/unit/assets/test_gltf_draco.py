@@ -345,7 +345,8 @@ def test_the_decoders_end_is_an_error_and_not_ours(tmp_path, monkeypatch, progra
     child = tmp_path / "child.py"
     child.write_text(program)
     monkeypatch.setattr(process, "_CHILD", child)
-    monkeypatch.setattr(process, "_BASE_SECONDS", 1)
+    if "sleep" in program:
+        monkeypatch.setattr(process, "_BASE_SECONDS", 1)
     with pytest.raises(error, match=message) as caught:
         decode_draco([DracoData(bitstream(), 12, 24, 1000, "/here")])
     assert caught.value.place == "/here"
