@@ -11,7 +11,8 @@ import { runAgainButton } from "meshcone/run-again";
 const id = decodeURIComponent(location.pathname.split("/").at(-1));
 const path = `/v1/jobs/${encodeURIComponent(id)}`;
 const place = byId("job");
-const leaving = new AbortController();
+let leaving = new AbortController();
+let told = false;  // how the job ended
 
 function title(job) {
   const took = job.started && job.finished ? `took ${seconds((new Date(job.finished) - new Date(job.started)) / 1000)}` : null;
@@ -28,24 +29,27 @@ function title(job) {
     actions);
 }
 
-async function cancel(event) {
-  event.currentTarget.disabled = true;
-  try { await request(`${path}/cancel`, { method: "POST" }); } catch (error) { tell(said(error)); }
-}
-
-async function remove(event) {
-  if (!confirm("Delete this job with all of its files?")) return;
-  event.currentTarget.disabled = true;
+/** Do what a button is for, once; where it is refused that is said, and the button can be tried again. */
+async function once(button, act) {
+  button.disabled = true;
+  place.querySelector(":scope > .refused")?.remove();
   try {
-    await request(path, { method: "DELETE" });
-    location.assign("/");
+    await act();
   } catch (error) {
-    tell(said(error));
+    place.prepend(h("p", { class: "notice error refused", role: "alert" }, said(error)));
+    button.disabled = false;
   }
 }
 
-function tell(text) {
-  place.prepend(h("p", { class: "notice error", role: "alert" }, text));
+const cancel = (event) => once(event.currentTarget, () => request(`${path}/cancel`, { method: "POST" }));
+
+async function remove(event) {
+  if (!confirm("Delete this job with all of its files?")) return;
+  await once(event.currentTarget, async () => {
+    await request(path, { method: "DELETE" });
+    told = false;  // who comes back to this page is told that the job is gone
+    location.assign("/");
+  });
 }
 
 function waiting(job) {
@@ -54,7 +58,7 @@ function waiting(job) {
   return { bar, text, element: h("section", { class: "card", "aria-label": "Progress" }, bar, text) };
 }
 
-async function watch(job) {
+async function watch(job, signal) {
   const shown = waiting(job);
   place.replaceChildren(title(job), shown.element);
   const onEvent = (event) => {
@@ -71,7 +75,7 @@ async function watch(job) {
     }
     return undefined;
   };
-  await follow(`${path}/events`, { onEvent, signal: leaving.signal });
+  await follow(`${path}/events`, { onEvent, signal });
 }
 
 /** An image needs the key that a request sends; so its bytes become its address. */
@@ -87,10 +91,9 @@ function imageOf(link) {
   };
 }
 
-async function show(job) {
-  document.title = `${job.source.name} · MeshCone`;
+async function show(job, signal) {
   if (job.state !== "succeeded" || !job.links.report) return place.replaceChildren(title(job), ...ended(job), h("div", { class: "columns" }, inputsCard(job), repeatCard(job)));
-  const report = await getJson(job.links.report);
+  const report = await getJson(job.links.report, { signal });
   const { card, files } = filesCard(job);
   const bytesOf = (link) => (link ? async () => (await request(link)).arrayBuffer() : null);
   const more = [h("div", { class: "columns" }, card, repeatCard(job))];
@@ -109,15 +112,20 @@ function ended(job) {
     h("p", { class: "soft" }, [where && `In ${where}.`, error?.kind && `Kind: ${error.kind}.`, job.attempt > 1 && `${number(job.attempt)} attempts.`].filter(Boolean).join(" ")))];
 }
 
+/** Follow the job to its end and show that. A page that is left stops here, whatever it waits for. */
 async function start() {
+  const { signal } = leaving;
   try {
-    let job = await getJson(path);
-    if (!hasEnded(job)) {
-      await watch(job);
-      job = await getJson(path);
+    let job = await getJson(path, { signal });
+    document.title = `${job.source.name} · MeshCone`;
+    while (!hasEnded(job)) {
+      await watch(job, signal);
+      job = await getJson(path, { signal });
     }
-    await show(job);
+    await show(job, signal);
+    told = true;
   } catch (error) {
+    if (signal.aborted) return;
     const missing = error instanceof Problem && error.status === 404;
     place.replaceChildren(h("div", { class: "card empty" },
       h("strong", null, missing ? "There is no such job" : "This job cannot be shown"),
@@ -129,4 +137,10 @@ async function start() {
 }
 
 addEventListener("pagehide", () => leaving.abort());
+// Browsers keep pages and show them again as they were left: the job went on meanwhile.
+addEventListener("pageshow", (event) => {
+  if (!event.persisted) return;
+  leaving = new AbortController();
+  if (!told) start();
+});
 start();
