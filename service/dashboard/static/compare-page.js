@@ -12,14 +12,27 @@ const MOST = 1000;  // jobs; the newest
 const AT_A_TIME = 25;  // assets
 
 const place = byId("comparison");
+let choosing = new AbortController();
 
-async function jobsOf(label) {
+/** What fills the page until something else is chosen: an answer that comes later is not shown under its name. */
+function filler() {
+  choosing.abort();
+  choosing = new AbortController();
+  const { signal } = choosing;
+  const put = (...parts) => {
+    if (!signal.aborted) place.replaceChildren(...parts);
+    return !signal.aborted;
+  };
+  return { put, signal };
+}
+
+async function jobsOf(label, signal) {
   const jobs = [];
   let cursor = null;
   do {
     const query = new URLSearchParams({ label, limit: "200" });
     if (cursor) query.set("cursor", cursor);
-    const page = await getJson(`/v1/jobs?${query}`);
+    const page = await getJson(`/v1/jobs?${query}`, { signal });
     jobs.push(...page.jobs.filter((job) => hasEnded(job) && job.state !== "canceled"));
     cursor = page.next;
   } while (cursor && jobs.length < MOST);
@@ -32,9 +45,10 @@ const counted = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one 
 function headline(assets) {
   const of = (state) => assets.filter((asset) => asset.state === state).length;
   const worse = of("worse");
-  const broke = assets.filter(({ brokeNow }) => brokeNow).length;
+  const stopped = assets.filter(({ stoppedPassing }) => stoppedPassing).length;
+  const broke = assets.filter(({ brokeNow }) => brokeNow).length - stopped;
   const compared = assets.length - of("new");
-  const facts = [broke && `${counted(broke, "asset")} stopped passing`, of("better") && `${counted(of("better"), "asset")} got better and no worse`, of("new") && `${counted(of("new"), "asset")} ran only once`];
+  const facts = [stopped && `${counted(stopped, "asset")} stopped passing`, broke && `${counted(broke, "asset")} came to a worse end`, of("better") && `${counted(of("better"), "asset")} got better and no worse`, of("new") && `${counted(of("new"), "asset")} ran only once`];
   const words = compared === 0 ? "Nothing to compare yet: no asset has run twice" : worse === 0 ? "Nothing got worse" : `${worse} of ${counted(compared, "asset")} got worse`;
   const kind = compared === 0 ? "" : worse ? "fail" : "pass";
   return h("section", { class: `card verdict ${kind}`, "data-testid": "headline" },
@@ -56,38 +70,30 @@ function list(assets) {
   return [cards, h("p", { class: "actions centred" }, button)];
 }
 
-async function compare(label) {
-  place.replaceChildren(h("p", { class: "loading", role: "status" }, "Loading the jobs …"));
-  try {
-    const jobs = await jobsOf(label);
-    if (!jobs.length) {
-      place.replaceChildren(h("div", { class: "card empty" }, h("strong", null, "No finished job has this label"), "Jobs get their labels when they are sent: in the form of the page Jobs, or by ", h("code", null, "meshcone submit --label"), "."));
-      return;
-    }
-    const assets = assetsOf(jobs);
-    const times = jobs.map((job) => new Date(job.created).getTime());
-    place.replaceChildren(
-      headline(assets),
-      h("p", { class: "soft", role: "status" }, `${counted(jobs.length, "run")} of ${counted(assets.length, "asset")}, ${dateTime(Math.min(...times))} to ${dateTime(Math.max(...times))}. Regressions first; red: worse than the run before.`),
-      ...list(assets));
-  } catch (error) {
-    tell(error, () => compare(label));
-  }
-}
-
-function tell(error, again) {
-  place.replaceChildren(h("p", { class: "notice error", role: "alert" }, said(error), " ", h("button", { type: "button", onclick: again }, "Try again")));
-}
-
-async function offerLabels(input) {
-  const page = await getJson("/v1/jobs?limit=200");
-  const labels = [...new Set(page.jobs.flatMap((job) => job.labels))].sort();
-  if (!labels.length) {
-    place.replaceChildren(h("div", { class: "card empty" }, h("strong", null, "No job has a label yet"), "Give jobs that belong together the same label, such as the name of a nightly run."));
+async function compare(label, { put, signal }) {
+  put(h("p", { class: "loading", role: "status" }, "Loading the jobs …"));
+  const jobs = await jobsOf(label, signal);
+  if (!jobs.length) {
+    put(h("div", { class: "card empty" }, h("strong", null, "No finished job has this label"), "Jobs get their labels when they are sent: in the form of the page Jobs, or by ", h("code", null, "meshcone submit --label"), "."));
     return;
   }
-  place.replaceChildren(h("p", { class: "chips" }, h("span", { class: "soft" }, "Labels of the newest jobs:"), labels.map((label) => h("a", { class: "tag", href: `/compare?${new URLSearchParams({ label })}` }, label))));
-  input.focus();
+  const assets = assetsOf(jobs);
+  const times = jobs.map((job) => new Date(job.created).getTime());
+  put(
+    headline(assets),
+    h("p", { class: "soft", role: "status" }, `${counted(jobs.length, "run")} of ${counted(assets.length, "asset")}, ${dateTime(Math.min(...times))} to ${dateTime(Math.max(...times))}. Regressions first; red: worse than the run before.`),
+    ...list(assets));
+}
+
+async function offerLabels(input, { put, signal }) {
+  put(h("p", { class: "loading", role: "status" }, "Loading the labels …"));
+  const page = await getJson("/v1/jobs?limit=200", { signal });
+  const labels = [...new Set(page.jobs.flatMap((job) => job.labels))].sort();
+  if (!labels.length) {
+    put(h("div", { class: "card empty" }, h("strong", null, "No job has a label yet"), "Give jobs that belong together the same label, such as the name of a nightly run."));
+    return;
+  }
+  if (put(h("p", { class: "chips" }, h("span", { class: "soft" }, "Labels of the newest jobs:"), labels.map((label) => h("a", { class: "tag", href: `/compare?${new URLSearchParams({ label })}` }, label))))) input.focus();
 }
 
 const choose = byId("choose");
@@ -105,8 +111,8 @@ function start() {
   const two = query.get("jobs")?.split(",") ?? [];
   choose.elements.label.value = label;
   choose.hidden = two.length === 2;
-  if (two.length === 2) showTwo(place, two).catch((error) => tell(error, start));
-  else if (label) compare(label);
-  else offerLabels(choose.elements.label).catch((error) => tell(error, start));
+  const filling = filler();
+  const shown = two.length === 2 ? showTwo(two, filling) : label ? compare(label, filling) : offerLabels(choose.elements.label, filling);
+  shown.catch((error) => filling.put(h("p", { class: "notice error", role: "alert" }, said(error), " ", h("button", { type: "button", onclick: start }, "Try again"))));
 }
 start();

@@ -27,10 +27,16 @@ export function changeWords(factor) {
   return null;
 }
 
-/** What became of a job: its verdict, or that it could not be done. */
-export const endingOf = (job) => (job.state === "failed" ? "error" : job.verdict ?? "done");
+/** What became of a job: its verdict, or that it could not be done; of one that is not done, its state. */
+export function endingOf(job) {
+  if (job.state === "failed") return "error";
+  return job.state === "succeeded" ? job.verdict ?? "done" : job.state;
+}
 
 const isBad = (ending) => ending === "fail" || ending === "error";
+
+/** What is a worse end than each: less is known of the asset, or worse. */
+const WORSE_ENDS = { pass: ["not_tested", "fail", "error"], not_tested: ["fail", "error"], done: ["fail", "error"], fail: ["error"], error: [] };
 
 const measured = (job) => Object.keys(job.summary?.metrics ?? {}).length > 0;
 
@@ -44,7 +50,8 @@ class Asset {
     [this.before, this.last] = runs.length > 1 ? runs.slice(-2) : [null, runs.at(-1)];
     this.measured = runs.filter(measured);
     this.ending = endingOf(this.last);
-    this.brokeNow = this.before !== null && isBad(this.ending) && !isBad(endingOf(this.before));
+    this.brokeNow = this.before !== null && WORSE_ENDS[endingOf(this.before)].includes(this.ending);
+    this.stoppedPassing = this.brokeNow && endingOf(this.before) === "pass";
     this.changes = new Map(this.#changes());
     this.worst = Math.max(0, ...this.changes.values());
   }

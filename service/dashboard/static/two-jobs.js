@@ -3,8 +3,8 @@
 import { getJson, request } from "meshcone/api";
 import { h } from "meshcone/dom";
 import { dateTime, number } from "meshcone/format";
-import { chip } from "meshcone/job-words";
-import { hasWebGl, threeJs } from "meshcone/library";
+import { chip, hasEnded } from "meshcone/job-words";
+import { hasWebGl, LOST, threeJs } from "meshcone/library";
 import { colourOf, cssColour } from "meshcone/palette";
 import { quantile, readPreview } from "meshcone/scene-file";
 import { thumbnail } from "meshcone/thumbnail";
@@ -56,6 +56,7 @@ class PairView {
       for (const mesh of meshes) mesh.difference = difference;
       this.scales = { deviation: scaleOf(meshes.map(({ deviation }) => deviation), false), difference: difference && scaleOf([difference], true), shape: null };
       this.viewer = new Viewer(THREE, this.canvas, { surfaces: Object.fromEntries(meshes.map((mesh, index) => [PANES[index], mesh])) });
+      this.viewer.onLost = (lost) => { if (lost) this.say(LOST); else this.over.hidden = true; };
       this.tools.replaceChildren(h("div", { class: "choice", role: "group", "aria-label": "Colour" }, COLOURS.map(([colour, words]) => h("button", {
         type: "button", "data-colour": colour, disabled: colour === "difference" && !difference, title: colour === "difference" && !difference ? "The meshes have other vertices" : undefined, onclick: () => this.colour(colour),
       }, words))), h("button", { type: "button", class: "quiet", onclick: () => this.viewer.orbit.reset() }, "Reset"));
@@ -95,12 +96,24 @@ function head(job, side) {
       h("div", { class: "chips" }, chip(endingOf(job), endingOf(job) === "done" ? "no gates" : undefined), h("span", { class: "soft" }, job.summary?.worst?.words ?? job.error?.detail ?? ""))));
 }
 
+/** What keeps two jobs from having values to compare. */
+function whyNone(jobs) {
+  const reason = (job) => {
+    if (!hasEnded(job)) return "has not ended yet";
+    if (job.state === "canceled") return "was canceled";
+    if (job.state === "failed") return "could not be done";
+    return job.mode === "audit" ? "was audited by itself" : null;
+  };
+  const told = jobs.map((job, index) => reason(job) && `the one ${SIDES[index].toLowerCase()} ${reason(job)}`).filter(Boolean);
+  return told.join(", and ") || "other things were measured of each";
+}
+
 /** The values of both with their difference, what got worse most first. */
 function table(before, after) {
   const of = (job) => job.summary?.metrics ?? {};
   const factor = (metric) => worsening(metric, of(before)[metric], of(after)[metric]);
   const metrics = Object.keys(of(after)).filter((metric) => metric in of(before)).sort((a, b) => factor(b) - factor(a));
-  if (!metrics.length) return h("p", { class: "card soft" }, "The two have no value in common: one of them was audited, or could not be done.");
+  if (!metrics.length) return h("p", { class: "card soft" }, `The two have no value in common: ${whyNone([before, after])}.`);
   const row = (metric) => {
     const [was, now] = [before, after].map((job) => of(job)[metric] * unitOf(metric, job.summary.radius).scale);
     const change = changeWords(factor(metric));
@@ -120,19 +133,20 @@ function table(before, after) {
 
 /**
  * Show two jobs.
- * @param {Element} place what to fill
  * @param {string[]} ids of the jobs; the older one comes first
+ * @param {{put: Function, signal: AbortSignal}} filling `put` fills the page and says whether it did;
+ *   nothing more is asked for once the signal aborts
  */
-export async function showTwo(place, ids) {
-  place.replaceChildren(h("p", { class: "loading", role: "status" }, "Loading the jobs …"));
-  const jobs = await Promise.all(ids.map((id) => getJson(`/v1/jobs/${encodeURIComponent(id)}`)));
+export async function showTwo(ids, { put, signal }) {
+  put(h("p", { class: "loading", role: "status" }, "Loading the jobs …"));
+  const jobs = await Promise.all(ids.map((id) => getJson(`/v1/jobs/${encodeURIComponent(id)}`, { signal })));
   jobs.sort((a, b) => new Date(a.created) - new Date(b.created));
   const shared = jobs[0].labels.filter((label) => jobs[1].labels.includes(label));
   const view = jobs.every((job) => job.links.preview) ? new PairView(jobs) : null;
-  place.replaceChildren(
+  const shown = put(
     h("p", { class: "chips" }, shared.map((label) => h("a", { class: "tag", href: `/compare?${new URLSearchParams({ label })}` }, `All runs of ${label}`))),
     h("div", { class: "columns" }, jobs.map((job, index) => h("section", { class: `card verdict ${endingOf(job)}`, "aria-label": SIDES[index] }, head(job, SIDES[index])))),
     ...(view ? [view.element] : []),
     table(...jobs));
-  await view?.start();
+  if (shown) await view?.start();
 }
