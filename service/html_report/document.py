@@ -69,7 +69,7 @@ def html_report(title: str, assets: Sequence[ReportedAsset]) -> bytes:
         library=library,
         imports=imports,
         words=_embedded(names_in_words()),
-        assets=_embedded([_described(asset, with_pictures=asset in shown) for asset in assets]),
+        assets=_embedded([_described(asset, looked_at=asset in shown) for asset in assets]),
         previews="\n".join(
             f'<script type="text/plain" id="preview-{number}">{_packed(asset.preview)}</script>'
             for number, asset in enumerate(assets)
@@ -108,12 +108,14 @@ def _with_preview(assets: Sequence[ReportedAsset]) -> list[ReportedAsset]:
     return sorted(seen, key=lambda asset: asset.ending == "pass")[:MOST_PREVIEWS]
 
 
-def _described(asset: ReportedAsset, *, with_pictures: bool) -> dict[str, Any]:
+def _described(asset: ReportedAsset, *, looked_at: bool) -> dict[str, Any]:
     return {
         "name": asset.name,
         "ending": asset.ending,
         "report": None if asset.report is None else json.loads(asset.report),
-        "pictures": _address(asset.pictures) if with_pictures else None,
+        "pictures": _address(asset.pictures) if looked_at else None,
+        # An asset that was audited by itself has no meshes that could be missing.
+        "leftOut": asset.preview is not None and not looked_at,
         "error": asset.error,
         "refined": asset.refined,
         "reportName": asset.report_name,

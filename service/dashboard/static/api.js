@@ -15,8 +15,13 @@ export class Problem extends Error {
 
 let forgetful = "";  // where storage is forbidden, the key lives as long as the page
 
+/** What a header can carry: with any other character every request would fail as if no server answered. */
+const SENDABLE = /^[\x21-\x7e]+$/;
+
 export function key() {
-  try { return sessionStorage.getItem(KEY) ?? forgetful; } catch { return forgetful; }
+  let known = forgetful;
+  try { known = sessionStorage.getItem(KEY) ?? forgetful; } catch { /* kept in this page */ }
+  return SENDABLE.test(known) ? known : "";
 }
 
 function remember(value) {
@@ -32,7 +37,15 @@ export function askForKey() {
     const dialog = byId("key-dialog");
     const form = dialog.querySelector("form");
     byId("key-refused").hidden = key() === "";
+    byId("key-unsendable").hidden = true;
     form.reset();
+    form.onsubmit = (event) => {
+      if (SENDABLE.test(form.elements.key.value.trim())) return;
+      event.preventDefault();
+      byId("key-refused").hidden = true;
+      byId("key-unsendable").hidden = false;
+      form.elements.key.focus();
+    };
     dialog.addEventListener("close", () => {
       remember(new FormData(form).get("key").trim());
       asking = null;
@@ -128,16 +141,27 @@ export async function follow(path, { onEvent, onState = () => {}, signal }) {
   }
 }
 
+/** Fetch a file with the key and hand it to the browser, as the link would have. */
+async function fetchFile(path, name) {
+  const url = URL.createObjectURL(await (await request(path)).blob());
+  h("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 60000);
+}
+
 /** A link to a file; where a key is needed it is fetched with it, for a link cannot send one. */
 export function download(path, name, label) {
+  const refused = h("span", { class: "refused", role: "alert" });
   const link = h("a", { href: path, download: name, class: "file" }, label ?? name);
   link.addEventListener("click", async (event) => {
     if (!key()) return;
     event.preventDefault();
-    const url = URL.createObjectURL(await (await request(path)).blob());
-    const hidden = h("a", { href: url, download: name });
-    hidden.click();
-    setTimeout(() => URL.revokeObjectURL(url), 60000);
+    refused.remove();
+    try {
+      await fetchFile(path, name);
+    } catch (error) {
+      refused.textContent = `This file cannot be had: ${said(error)}`;
+      link.after(refused);
+    }
   });
   return link;
 }

@@ -11,25 +11,34 @@ export function number(value, digits = 3) {
   return exponent === null ? String(Number(text)) : `${mantissa}e${Number(exponent)}`;
 }
 
+/** Three digits of a number of at least one, or as many as it has before the point. */
+const digits = (value) => (value >= 999.5 ? Math.round(value).toLocaleString("en") : value.toPrecision(3));
+
 export function bytes(count) {
-  const units = ["bytes", "kB", "MB", "GB"];
-  let size = count;
+  if (count < 1000) return `${count} bytes`;
+  const units = ["kB", "MB", "GB", "TB"];
+  let size = count / 1000;
   let unit = 0;
-  while (size >= 1000 && unit < units.length - 1) { size /= 1000; unit += 1; }
-  return unit === 0 ? `${count} bytes` : `${size.toPrecision(3)} ${units[unit]}`;
+  while (size >= 999.5 && unit < units.length - 1) { size /= 1000; unit += 1; }
+  return `${digits(size)} ${units[unit]}`;
 }
 
+// Minutes, hours and days begin with the second one: rounding half of one up or down would tell little.
+const SPANS = [["d", 86400], ["h", 3600], ["min", 60]];
+
+/** How long something took, rounded to the nearest. */
 export function seconds(value) {
-  if (value < 1) return `${Math.round(value * 1000)} ms`;
-  if (value < 90) return `${value.toPrecision(3)} s`;
-  if (value < 5400) return `${Math.round(value / 60)} min`;
-  if (value < 129600) return `${Math.round(value / 3600)} h`;
-  return `${Math.round(value / 86400)} d`;
+  if (value < 0.9995) return `${Math.round(value * 1000)} ms`;
+  const [unit, length] = SPANS.find(([, span]) => value >= 2 * span) ?? ["s", 1];
+  return unit === "s" ? `${digits(value)} s` : `${Math.round(value / length)} ${unit}`;
 }
 
+/** How long ago something was, in whole ones that have passed. */
 export function age(time, now = Date.now()) {
   const passed = Math.max(0, (now - new Date(time).getTime()) / 1000);
-  return passed < 5 ? "now" : passed < 60 ? `${Math.floor(passed)} s` : seconds(Math.max(passed, 90));
+  if (passed < 5) return "now";
+  const [unit, length] = SPANS.find(([, span]) => passed >= span) ?? ["s", 1];
+  return `${Math.floor(passed / length)} ${unit}`;
 }
 
 export const dateTime = (time) => new Date(time).toLocaleString();

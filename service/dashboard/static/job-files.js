@@ -43,15 +43,25 @@ export function filesCard(job) {
   return { card, files };
 }
 
+/** What -F of curl reads as it stands; of all else commas, semicolons, spaces and backslashes have a meaning to it. */
+const PLAIN = /^[\w./:=@%+-]+$/;
+
+const forCurl = (text) => (PLAIN.test(text) ? text : `"${text.replaceAll(/[\\"]/g, "\\$&")}"`);
+
+/** A file in a form, under the name that the mesh has for it: curl alone would send the last part of its path. */
+function field(name, path, sent) {
+  const as = sent.includes("/") ? `;filename=${forCurl(sent)}` : "";
+  return `  -F ${quoted(`${name}=@${forCurl(path)}${as}`)}`;
+}
+
 /** The command that sends the same job again. */
 export function repeatCard(job) {
   const paths = jobPaths(job);
-  const field = (name, path) => `  -F ${name}=@${quoted(path)}`;
   const parts = ["curl -sS --fail-with-body", ...(key() ? ['  -H "Authorization: Bearer $MESHCONE_API_KEY"'] : []),
-    field("source", paths.source(job.source.name)), ...(job.reference ? [field("reference", paths.reference(job.reference.name))] : []),
-    ...job.source_resources.map((file) => field("source_resources", paths.source(file.name))),
-    ...job.reference_resources.map((file) => field("reference_resources", paths.reference(file.name))),
-    ...job.resources.map((file) => field("resources", file.name)),
+    field("source", paths.source(job.source.name), job.source.name), ...(job.reference ? [field("reference", paths.reference(job.reference.name), job.reference.name)] : []),
+    ...job.source_resources.map(({ name }) => field("source_resources", paths.source(name), name)),
+    ...job.reference_resources.map(({ name }) => field("reference_resources", paths.reference(name), name)),
+    ...job.resources.map(({ name }) => field("resources", name, name)),
     ...job.labels.map((label) => `  --form-string ${quoted(`label=${label}`)}`),
     `  --form-string ${quoted(`options=${JSON.stringify(job.options)}`)}`,
     `  ${location.origin}/v1/jobs`];

@@ -22,3 +22,6 @@ export function hasWebGl() {
   const canvas = document.createElement("canvas");
   return Boolean(canvas.getContext("webgl2") ?? canvas.getContext("webgl"));
 }
+
+/** What to say where the browser takes the graphics from a page, as it does when they are reset or too many pages draw. */
+export const LOST = "The browser has taken the graphics away from this page. The meshes come back once it gives them back, or when you load the page again.";

@@ -26,8 +26,9 @@ function paintScale(context, scale, { words, from, to }, top, width) {
  * @param {Viewer} viewer
  * @param {{name: string, labels: {x: number, y: number, text: string}[], legend: ?{words: string, from: string, to: string}}} around
  */
-export function savePicture(viewer, { name, labels, legend }) {
+export async function savePicture(viewer, { name, labels, legend }) {
   const { canvas } = viewer;
+  if (viewer.renderer.getContext().isContextLost()) throw new Error("the browser has taken the graphics away");
   viewer.draw();
   const ratio = viewer.renderer.getPixelRatio();
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];

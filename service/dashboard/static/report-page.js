@@ -24,7 +24,7 @@ function sections(asset) {
   const paths = pathsOf({ source: names(inputs.source), reference: inputs.reference ? names(inputs.reference) : [] });
   const files = { report: asset.reportName ?? "REPORT", source: paths.source(inputs.source.name), reference: inputs.reference && paths.reference(inputs.reference.name), refined: asset.refined ?? output?.name, apart: paths.apart };
   const packed = byId(`preview-${asset.number}`);
-  const without = packed ? null : h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
+  const without = asset.leftOut && h("p", { class: "notice" }, "The meshes of this asset are not in this file, which holds a dozen of them at most: those that did not pass first.");
   return [without, ...reportSections(asset.report, { heading: heading(asset), files, loadPreview: packed && (() => unpacked(packed)), loadPictures: asset.pictures && (async () => asset.pictures) })].filter(Boolean);
 }
 

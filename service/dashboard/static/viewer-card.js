@@ -6,7 +6,7 @@ import { h } from "meshcone/dom";
 import { findingAt, findings } from "meshcone/findings";
 import { number } from "meshcone/format";
 import { unitOf } from "meshcone/job-words";
-import { hasWebGl, threeJs } from "meshcone/library";
+import { hasWebGl, LOST, threeJs } from "meshcone/library";
 import { Legend } from "meshcone/legend";
 import { Measuring } from "meshcone/measuring";
 import { savePicture } from "meshcone/picture";
@@ -44,7 +44,8 @@ export class ViewerCard {
     this.canvas = h("canvas", { tabindex: "0", role: "application", "aria-label": "The meshes in three dimensions", "aria-describedby": "view-keys" });
     this.overlay = h("div", { class: "over" }, h("p", { class: "loading", role: "status" }, "Loading the meshes …"));
     this.labels = h("div");
-    this.note = h("div", { class: "view-note", hidden: true });
+    this.note = h("div", { class: "view-note", role: "status", hidden: true });
+    this.size = "";
     this.wipe = h("input", { type: "range", class: "wipe", min: "0", max: "1", step: "0.005", value: "0.5", "aria-label": "Wipe between the meshes", hidden: true, oninput: () => this.viewer.set({ wipe: Number(this.wipe.value) }) });
     this.turn = h("button", { type: "button", class: "small turn", hidden: true, onclick: () => this.viewer.turnOver() }, "Show the other");
     this.axes = new Axes();
@@ -66,10 +67,10 @@ export class ViewerCard {
       await decodeImages(this.preview.surfaces);
       this.viewer = new Viewer(THREE, this.canvas, this.preview);
       this.viewer.onDraw = (panes) => this.drawn(panes);
+      this.viewer.onLost = (lost) => { if (lost) this.cover(LOST); else this.uncover(); };
       this.legend.take(this.preview, { deviation: thresholdOf(this.report), contrast: contrastThreshold(this.report) });
       this.begin();
-      this.overlay.hidden = true;
-      this.overlay.replaceChildren();
+      this.uncover();
       this.view.dataset.ready = "true";
     } catch (error) {
       this.say(`The meshes cannot be shown: ${error.message}`);
@@ -105,10 +106,27 @@ export class ViewerCard {
     return point.map((value, axis) => (value - centre[axis]) / this.radius);
   }
 
+  /** Say why there is no viewer; there is nowhere to fly to then. */
   say(text) {
+    this.cover(text);
+    for (const button of this.buttons) button.disabled = true;
+  }
+
+  cover(text) {
     this.overlay.hidden = false;
     this.overlay.replaceChildren(h("p", { class: "notice", role: "alert" }, text));
-    for (const button of this.buttons) button.disabled = true;
+  }
+
+  uncover() {
+    this.overlay.hidden = true;
+    this.overlay.replaceChildren();
+  }
+
+  /** Say in a corner what went wrong besides the view; without words, how much of the mesh is shown. */
+  tell(text = "") {
+    this.note.textContent = text || this.size;
+    this.note.hidden = this.note.textContent === "";
+    this.note.classList.toggle("error", text !== "");
   }
 
   arrange(changes) {
@@ -149,7 +167,7 @@ export class ViewerCard {
     const legend = this.legend.ends();
     const labels = this.viewer.panes().map(({ names, clip }) => ({ x: clip.x, y: clip.y, text: names.map((name) => TITLES[name]).join(" under ") }));
     const name = `${this.report.inputs.source.name.replace(/^.*\//, "").replace(/\.[^.]*$/, "")}.view.png`;
-    savePicture(this.viewer, { name, labels, legend }).catch((error) => this.say(`There is no picture: ${error.message}`));
+    savePicture(this.viewer, { name, labels, legend }).then(() => this.tell(), (error) => this.tell(`There is no picture: ${error.message}`));
   }
 
   noteSize() {
@@ -157,8 +175,8 @@ export class ViewerCard {
     const shown = this.preview.surfaces[leading].index.length / 3;
     const whole = this.preview.faces[leading];
     if (shown >= whole) return;
-    this.note.hidden = false;
-    this.note.textContent = `preview: ${number(shown)} of ${number(whole)} triangles`;
+    this.size = `preview: ${number(shown)} of ${number(whole)} triangles`;
+    this.tell();
     if (this.loadWhole) this.tools.append(this.wholeButton(leading, whole));
   }
 
@@ -169,12 +187,13 @@ export class ViewerCard {
         button.textContent = "Loading …";
         try {
           this.viewer.replace(name, readHeatmap(await this.loadWhole(), this.radius));
-          this.note.textContent = `${TITLES[name].toLowerCase()}: all ${number(whole)} triangles`;
+          this.size = `${TITLES[name].toLowerCase()}: all ${number(whole)} triangles`;
+          this.tell();
           button.remove();
         } catch (error) {
           button.disabled = false;
           button.textContent = "Show every triangle";
-          this.say(`The whole mesh cannot be shown: ${error.message}`);
+          this.tell(`The whole mesh cannot be shown: ${error.message}`);
         }
       },
     }, "Show every triangle");

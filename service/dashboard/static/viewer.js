@@ -30,8 +30,18 @@ export class Viewer {
     };
     this.lines = [];
     this.onDraw = () => {};
+    this.onLost = () => {};  // told true when the browser takes the graphics away, false when it gives them back
+    canvas.addEventListener("webglcontextlost", () => this.onLost(true));
+    canvas.addEventListener("webglcontextrestored", () => this.#restored());
     new ResizeObserver(() => this.redraw()).observe(canvas);
     this.set({});
+  }
+
+  /** The library has made its own things anew; what was asked of it for all pictures is gone. */
+  #restored() {
+    this.renderer.setScissorTest(true);
+    this.onLost(false);
+    this.redraw();
   }
 
   /** The surface that is judged. */

@@ -151,6 +151,17 @@ def test_a_gate_run_leaves_a_page_of_all_assets_the_bad_ones_first(
     expect(rows).to_have_count(3)
 
 
+def test_an_asset_audited_by_itself_is_not_said_to_lack_meshes(folder: Path, offline: Page) -> None:
+    (folder / "gates.toml").write_text('[gates]\n"asset.budget.triangles" = { max = 3 }\n')
+    done = meshcone(folder, "gate", "ball.obj", "--gates", "gates.toml", "--html", "g.html")
+    assert done.returncode == 1, done.stderr
+
+    offline.goto((folder / "g.html").as_uri())
+
+    expect(offline.get_by_test_id("verdict")).to_contain_text("Failed: 1 of 1 check.")
+    expect(offline.locator("#report")).not_to_contain_text("not in this file")
+
+
 def test_a_report_has_no_serious_barrier_in_light_or_dark(
     tmp_path: Path, browser: Browser, rough_ball: MeshFile, ball: MeshFile
 ) -> None:

@@ -76,6 +76,21 @@ def test_a_wrong_key_is_asked_for_again(browser: Browser, guarded: Stack, key: s
         expect(page.get_by_text("There is no such job")).to_be_visible()
 
 
+def test_what_no_header_can_carry_is_refused_as_a_key_before_it_is_used(
+    browser: Browser, guarded: Stack, key: str
+) -> None:
+    with watched_page(browser, guarded.url) as (page, _):
+        page.goto("/jobs/unknown")
+        typed = page.get_by_role("textbox", name="API key")
+        typed.fill("mesh.copied…")
+        page.get_by_role("button", name="Use it").click()
+        expect(page.get_by_text("This is no key")).to_be_visible()
+        typed.fill(key)
+        page.get_by_role("button", name="Use it").click()
+
+        expect(page.get_by_text("There is no such job")).to_be_visible()
+
+
 def test_pictures_in_the_list_are_fetched_with_the_key(
     browser: Browser, guarded: Stack, rough_ball: MeshFile, ball: MeshFile
 ) -> None:

@@ -163,6 +163,15 @@ def test_of_many_meshes_those_that_did_not_pass_come_along() -> None:
     assert 'id="preview-20"' in html
 
 
+def test_meshes_are_said_to_be_left_out_where_there_were_any() -> None:
+    audited = an_asset("audited", preview=None)
+    assets = [audited, *(an_asset(str(number)) for number in range(13))]
+
+    described = json.loads(in_report(html_report("r", assets).decode(), "assets"))
+
+    assert [asset["name"] for asset in described if asset["leftOut"]] == ["12"]
+
+
 def test_a_report_without_meshes_carries_no_library() -> None:
     with_one, without = (
         html_report("r", [an_asset("a", preview=preview)]) for preview in (b"glTF", None)
