@@ -12,11 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets import Asset
-from meshcone.assets.content import Animation, Channel, Content, Fitting, Material, TextureUse
+from meshcone.assets.content import (
+    Animation,
+    Channel,
+    Content,
+    Fitting,
+    Material,
+    TextureUse,
+    target_called,
+)
 from meshcone.auditing.bindings import Binding, bindings
 from meshcone.auditing.hanging import reached
 from meshcone.auditing.layout import Layout, layouts
-from meshcone.auditing.parts import DEFAULT, Parts, target_called
+from meshcone.auditing.parts import DEFAULT, Parts
 from meshcone.auditing.tracks import Track
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry

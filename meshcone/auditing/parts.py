@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from meshcone.assets import Asset
-from meshcone.assets.content import Content, Draw
+from meshcone.assets.content import Content, Draw, target_called
 from meshcone.surface.arrays import Bools, Floats
 
 SAME_SHARE = 0.05
@@ -157,7 +157,7 @@ class Parts:
             # Morph targets and attributes of an application's own are for all vertices alike.
             alike = [target_called(number) for number in range(primitive.targets)]
             alike += [name for name in primitive.attributes if name.startswith("_")]
-            for name in alike:
+            for name in [each for each in alike if each not in draw.others]:
                 _carry(sums, name, material, float(_area(corners[finite]).sum()))
 
     @cached_property
@@ -189,11 +189,6 @@ class Parts:
         return Carried(shares)
 
 
-def target_called(number: int) -> str:
-    """What a morph target without a name is called, and all are among the attributes."""
-    return f"target {number}"
-
-
 def _add(
     sums: _Sums, draw: Draw, corners: Floats, finite: Bools, material: str, moved: Floats | None
 ) -> None:
@@ -202,7 +197,7 @@ def _add(
     for moments, matrix in ((sums.drawn, moved), (sums.stored, _inverse(draw.matrix))):
         placed = corners if matrix is None else corners @ matrix[:3, :3].T + matrix[:3, 3]
         moments[material] = moments.get(material, np.zeros(_MOMENTS)) + _moments(placed)
-    for name, attribute in draw.attributes.items():
+    for name, attribute in {**draw.attributes, **draw.others}.items():
         has = (attribute.corners[finite] >= 0).all(axis=1)
         _carry(sums, name, material, float(area[has].sum()))
 

@@ -15,6 +15,7 @@ from meshcone.assets.content.records import (
     Primitive,
     Skin,
     TextureUse,
+    target_called,
 )
 
 __all__ = [
@@ -32,4 +33,5 @@ __all__ = [
     "Primitive",
     "Skin",
     "TextureUse",
+    "target_called",
 ]

@@ -260,6 +260,8 @@ class Draw:
         rows: the triangles, as rows of those the asset lists.
         attributes: what its corners have besides positions, by name.
         matrix: (4, 4) from the mesh to world, column vectors.
+        others: what they have besides that no viewer knows at rest: attributes of an
+            application's own by name, and what morph targets add by :func:`target_called`.
     """
 
     node: int | None
@@ -269,6 +271,12 @@ class Draw:
     rows: NDArray[np.int64]
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     matrix: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    others: Mapping[str, Attribute] = field(default_factory=dict)
+
+
+def target_called(number: int, attribute: str = "POSITION") -> str:
+    """What a morph target is called among others of a draw: one name for each thing it adds to."""
+    return f"target {number}" + ("" if attribute == "POSITION" else f" {attribute}")
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,11 @@ from numpy.typing import NDArray
 
 from meshcone.assets.astray import astray
 from meshcone.assets.base import Asset, naming
+from meshcone.assets.content import Content
+from meshcone.assets.foreign.carried import Carried
+from meshcone.assets.foreign.carried_off import carried_by_off
+from meshcone.assets.foreign.carried_ply import carried_by_ply
+from meshcone.assets.foreign.content import one_mesh
 from meshcone.assets.foreign.divide import ForeignTriangles
 from meshcone.assets.foreign.divide_off import carries_more, divided_off
 from meshcone.assets.foreign.divide_ply import carries_properties, divided_ply, require_divisible
@@ -120,6 +125,16 @@ class ForeignAsset(Asset):
         self._corners = triangles - starts[listed][:, None]
         self.format = self._kind = kind
         self.media_type = f"model/{kind}"
+
+    def _read_content(self) -> Content:
+        triangles = self.triangles
+        carried = Carried()
+        if self._kind == "ply":
+            where = triangles, self._rows, self._corners
+            carried = carried_by_ply(self._text, self._limits, *where)
+        elif self._kind == "off":
+            carried = carried_by_off(self._text, self._limits, triangles, self._rows)
+        return one_mesh(triangles, carried)
 
     def ensure_writable(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
         """Check that it is known where the vertices are in the file.

@@ -39,14 +39,18 @@ def divided_off(data: bytes, triangles: ForeignTriangles, subdivision: Subdivisi
         InputError: what a vertex carries is no number, or one has more of it than another.
     """
     lines = content_spans(data, 0, comments=True)
-    vertices, faces, normals, counts = _counts(data, lines)
-    rows = row_spans(lines, data, vertices, lambda _: 6 if normals else 3)
+    vertices, faces, keyword, counts = _counts(data, lines)
+    normals = bool(keyword[3])
+    first = 6 if normals else 3
+    rows = row_spans(lines, data, vertices, lambda _: first)
     polygons = triangles.divided(subdivision, vertices)
     values, ends = between(polygons.over, lambda some: _numbers(data, rows, some))
     if normals:
         values[:, 3:6] = directions(values[:, 3:6], ends[:, 0, 3:6])
     line_end, after = after_line(data, rows[-1][1])
-    changes: dict[Span, bytes] = {(after, after): _written(data, rows, values, line_end)}
+    changes: dict[Span, bytes] = {}
+    shades = range(first, values.shape[1] - (2 if keyword[1] else 0))
+    changes[after, after] = _written(data, rows, values, line_end, shades)
     added = 0
     spans = row_spans(lines, data, faces, lambda size: int(size) + 1)
     for row, children in polygons.groups():
@@ -67,15 +71,15 @@ def divided_off(data: bytes, triangles: ForeignTriangles, subdivision: Subdivisi
 def carries_more(data: bytes) -> bool:
     """Whether some face carries more than its corners."""
     lines = content_spans(data, 0, comments=True)
-    vertices, faces, normals, _ = _counts(data, lines)
-    row_spans(lines, data, vertices, lambda _: 6 if normals else 3)
+    vertices, faces, keyword, _ = _counts(data, lines)
+    row_spans(lines, data, vertices, lambda _: 6 if keyword[3] else 3)
     spans = row_spans(lines, data, faces, lambda size: int(size) + 1)
     rows = (words_in(data, span, comments=True) for span in spans)
     return any(len(words) > int(words[0]) + 1 for words in rows)
 
 
-def _counts(data: bytes, lines: Iterator[Span]) -> tuple[int, int, bool, Span]:
-    """Vertices, faces, whether there are normals, and where the counts are."""
+def _counts(data: bytes, lines: Iterator[Span]) -> tuple[int, int, re.Match[bytes], Span]:
+    """Vertices, faces, the keyword, and where the counts are."""
     start, end = next(lines)
     keyword = KEYWORD.match(data[start:end])
     assert keyword is not None  # noqa: S101 - the file has been read
@@ -83,7 +87,7 @@ def _counts(data: bytes, lines: Iterator[Span]) -> tuple[int, int, bool, Span]:
     if counts[0] == counts[1]:
         counts = next(lines)
     vertices, faces = map(int, data[slice(*counts)].split(None, 3)[:2])
-    return vertices, faces, bool(keyword[1]), counts
+    return vertices, faces, keyword, counts
 
 
 def _numbers(data: bytes, rows: list[Span], some: Ints) -> Floats:
@@ -97,15 +101,23 @@ def _numbers(data: bytes, rows: list[Span], some: Ints) -> Floats:
         raise InputError("a vertex beside a new one carries something else than numbers") from None
 
 
-def _written(data: bytes, rows: list[Span], values: Floats, line_end: bytes) -> bytes:
-    """Lines of new vertices."""
+def _written(
+    data: bytes, rows: list[Span], values: Floats, line_end: bytes, shades: range
+) -> bytes:
+    """Lines of new vertices; whole numbers of shades, which are some columns, stay whole."""
     if not len(values):
         return b""
     sample = [words_in(data, row, comments=True) for row in rows[:: max(1, len(rows) // 20_000)]]
     place = NumberStyle.of(word for words in sample for word in words[:3]).resolving(values[:, :3])
     columns = values.shape[1]
+    # A shade of 0 or 1 is none or all of it where none is larger: what lies between is neither.
+    are_bytes = bool((np.abs(values[:, shades.start : shades.stop]) > 1).any()) or any(
+        len(w) > 1 for words in sample for w in words[shades.start : shades.stop]
+    )
     whole = [
-        all(_WHOLE.fullmatch(w) for words in sample for w in words[k : k + 1])
+        k in shades
+        and are_bytes
+        and all(_WHOLE.fullmatch(w) for words in sample for w in words[k : k + 1])
         for k in range(columns)
     ]
     formats = [

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -28,11 +30,72 @@ from meshcone.assets.foreign.text import (
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
-KEYWORD = re.compile(rb"(?:ST)?C?(N?)(4?n?)OFF(?![A-Za-z_])\s*+")
+KEYWORD = re.compile(rb"(ST)?(C?)(N?)(4?n?)OFF(?![A-Za-z_])\s*+")
+
+
+@dataclass(frozen=True)
+class Head:
+    """What stands before the vertices of a file.
+
+    Attributes:
+        textures, colors, normals: whether vertices carry them, as the keyword says.
+        vertices, faces: how many there are.
+        above: lines with content before the vertices.
+    """
+
+    textures: bool
+    colors: bool
+    normals: bool
+    vertices: int
+    faces: int
+    above: int
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers of a vertex there are at least; its line may be wrapped before."""
+        return 6 if self.normals else 3
+
+    def columns(self, width: int) -> list[str]:
+        """What the numbers of a vertex are called, of which there are as many as given."""
+        texture = ["s", "t"] if self.textures and width >= self.numbers + 2 else []
+        between = width - self.numbers - len(texture)
+        shades = ["red", "green", "blue", "alpha"][:between] if self.colors and between > 2 else []
+        first = ["x", "y", "z", "nx", "ny", "nz"][: self.numbers] + shades
+        more = [f"column_{place + 1}" for place in range(len(first), width - len(texture))]
+        return [*first, *more, *texture][:width]
 
 
 def read_off(data: bytes, limits: Limits) -> Polygons:
     """Read an ASCII OFF file; colours, normals and texture coordinates are passed over.
+
+    Raises:
+        InputError: with the line at fault.
+        LimitError: it declares more than ``limits`` accept.
+    """
+    head, lines = read_head(data, limits)
+    positions = points(take(lines, head.vertices, "vertices", head.numbers))
+    places: list[int] = []
+    sizes: list[int] = []
+    corners: list[int] = []
+    for line in islice(lines, head.faces):
+        found = _corners(line, lines, limits, len(corners) - 2 * len(sizes))
+        places.append(line[0])
+        sizes.append(len(found))
+        corners += found
+    require(head.faces, "faces", places)
+    polygons = Polygons(
+        positions,
+        np.array(corners, dtype=np.int64),
+        np.array(sizes, dtype=np.int64),
+        _places(head.above, head.vertices, has_normals=head.normals),
+    )
+    place = partial(_line, places)
+    check_corners(polygons.corners, polygons.sizes, head.vertices, place)
+    return polygons
+
+
+def read_head(data: bytes, limits: Limits) -> tuple[Head, Iterator[Line]]:
+    """Read up to the vertices, and give the lines that follow.
 
     Raises:
         InputError: with the line at fault.
@@ -45,7 +108,7 @@ def read_off(data: bytes, limits: Limits) -> Polygons:
         raise InputError(f"expected 'OFF', found '{shown(text)}'", place=f"line {number}")
     counts = text[keyword.end() :]
     above = 1 if counts else 2  # lines before the vertices
-    if keyword[2] or counts.startswith(b"BINARY"):
+    if keyword[4] or counts.startswith(b"BINARY"):
         raise InputError(
             f"'{shown(text)}' is not supported; expected a three-dimensional ASCII OFF",
             place=f"line {number}",
@@ -53,26 +116,12 @@ def read_off(data: bytes, limits: Limits) -> Polygons:
     if not counts:
         ((number, counts),) = take(lines, 1, "line of counts")
     vertices, faces = _counts(counts, number, limits)
-    numbers = 6 if keyword[1] else 3
-    stated = take(lines, vertices, "vertices", numbers)
-    positions = points(stated)
-    places: list[int] = []
-    sizes: list[int] = []
-    corners: list[int] = []
-    for line in islice(lines, faces):
-        found = _corners(line, lines, limits, len(corners) - 2 * len(sizes))
-        places.append(line[0])
-        sizes.append(len(found))
-        corners += found
-    require(faces, "faces", places)
-    polygons = Polygons(
-        positions,
-        np.array(corners, dtype=np.int64),
-        np.array(sizes, dtype=np.int64),
-        _places(above, vertices, has_normals=bool(keyword[1])),
-    )
-    check_corners(polygons.corners, polygons.sizes, vertices, lambda row: f"line {places[row]}")
-    return polygons
+    textures, colors, normals = (bool(keyword[group]) for group in (1, 2, 3))
+    return Head(textures, colors, normals, vertices, faces, above), lines
+
+
+def _line(places: list[int], row: int) -> str:
+    return f"line {places[row]}"
 
 
 def _places(above: int, vertices: int, *, has_normals: bool) -> Places:

@@ -26,11 +26,7 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
         LimitError: it is longer, or declares more, than ``limits`` accept.
     """
     header = read_header(data, limits)
-    body: AsciiBody | BinaryBody
-    if header.encoding == "ascii":
-        body = AsciiBody(data[header.size :], header.lines + 1, limits)
-    else:
-        body = BinaryBody(data, header.size, limits)
+    body = body_of(data, header, limits)
     positions, vertex_place = np.zeros((0, 3)), body.place
     none = np.zeros(0, np.int64)
     corners, sizes, face_place = none, none, body.place
@@ -56,6 +52,13 @@ def read_ply(data: bytes, limits: Limits) -> Polygons:
         np.concatenate([sizes, np.full(len(triangles), 3)]),
         _places(header),
     )
+
+
+def body_of(data: bytes, header: Header, limits: Limits) -> AsciiBody | BinaryBody:
+    """What reads the rows of a file, element by element."""
+    if header.encoding == "ascii":
+        return AsciiBody(data[header.size :], header.lines + 1, limits)
+    return BinaryBody(data, header.size, limits)
 
 
 def _places(header: Header) -> Places | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 
 import numpy as np
@@ -12,16 +12,18 @@ from numpy.typing import NDArray
 from meshcone.assets.foreign.ply_header import Element
 from meshcone.assets.foreign.text import (
     Line,
+    columns_of,
     content_lines,
     decimal,
     integer,
+    number_or_nan,
     points,
     require,
     shown,
     take,
 )
 from meshcone.assets.limits import Limits
-from meshcone.errors import InputError
+from meshcone.errors import InputError, MeshConeError
 
 _WORD = re.compile(rb"\S+")
 
@@ -52,6 +54,29 @@ class AsciiBody:
             found = dict(_values(element, line, coordinates, self._limits))
             positions[row] = [decimal(found[column][0], line[0]) for column in coordinates]
         return positions
+
+    def numbers(self, element: Element, places: Sequence[int]) -> NDArray[np.float64]:
+        """(r, k) numbers of some of an element's properties that are no lists.
+
+        Where a row has none it is NaN: what follows the places need not be there.
+        """
+        lines = self._take(element)
+        if not element.has_lists:
+            return columns_of(lines, places)
+        found = np.full((len(lines), len(places)), np.nan)
+        for row, line in enumerate(lines):
+            words = self._found(element, line, tuple(places))
+            found[row] = [number_or_nan(*words.get(place, ())) for place in places]
+        return found
+
+    def lists(self, element: Element, place: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(c,) values of all rows of a list, and (r,) how many each has; 0 where it is missing."""
+        rows = [
+            list(map(number_or_nan, self._found(element, line, (place,)).get(place, [])))
+            for line in self._take(element)
+        ]
+        sizes = np.array(list(map(len, rows)), dtype=np.int64)
+        return np.array([value for row in rows for value in row], dtype=np.float64), sizes
 
     def polygons(
         self, element: Element, corners: int
@@ -95,6 +120,18 @@ class AsciiBody:
         if element.properties:
             passed = [number for number, _ in islice(self._lines, element.count)]
             require(element.count, _rows_of(element), passed)
+
+    def _found(
+        self, element: Element, line: Line, places: tuple[int, ...]
+    ) -> dict[int, list[bytes]]:
+        """Words of some properties, as far as a row has them."""
+        found: dict[int, list[bytes]] = {}
+        try:
+            for place, words in _values(element, line, places, self._limits):
+                found[place] = words
+        except MeshConeError:
+            pass  # what surfaces need of the row was read
+        return found
 
     def _take(self, element: Element) -> list[Line]:
         lines = take(self._lines, element.count, _rows_of(element))

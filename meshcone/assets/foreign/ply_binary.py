@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -29,7 +29,29 @@ class BinaryBody:
         self.place: Callable[[int], str] = str
 
     def vertices(self, element: Element, coordinates: tuple[int, int, int]) -> NDArray[np.float64]:
-        """(r, 3) coordinates.
+        """(r, 3) coordinates; see :meth:`numbers`."""
+        return self.numbers(element, coordinates)
+
+    def numbers(self, element: Element, places: Sequence[int]) -> NDArray[np.float64]:
+        """(r, k) numbers of some of an element's properties that are no lists.
+
+        Raises:
+            InputError: the element reaches past the file.
+            LimitError: there is too much to read row by row.
+        """
+        found = np.empty((element.count, len(places)))
+        table = self._table(element)
+        if table is not None:
+            with np.errstate(invalid="ignore"):  # a signalling NaN; of places it is refused later
+                for column, place in enumerate(places):
+                    found[:, column] = table[f"f{place}"]
+            return found
+        for number, row in enumerate(self._rows(element, places)):
+            found[number] = [row[place][0] for place in places]
+        return found
+
+    def lists(self, element: Element, place: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(c,) values of all rows of a list, and (r,) how many each has.
 
         Raises:
             InputError: the element reaches past the file.
@@ -37,13 +59,11 @@ class BinaryBody:
         """
         table = self._table(element)
         if table is not None:
-            with np.errstate(invalid="ignore"):  # a signalling NaN; it is refused below
-                columns = [table[f"f{place}"].astype(np.float64) for place in coordinates]
-            return np.stack(columns, axis=1)
-        positions = np.empty((element.count, 3))
-        for number, row in enumerate(self._rows(element, coordinates)):
-            positions[number] = [row[place][0] for place in coordinates]
-        return positions
+            values = table[f"f{place}"].astype(np.float64)
+            return values.reshape(-1), np.full(element.count, values.size // max(element.count, 1))
+        rows = [row[place].astype(np.float64) for row in self._rows(element, (place,))]
+        sizes = np.array([len(row) for row in rows], dtype=np.int64)
+        return np.concatenate([np.zeros(0), *rows]), sizes
 
     def polygons(
         self, element: Element, corners: int

@@ -122,6 +122,23 @@ def points(lines: Sequence[Line], columns: Sequence[int] = (0, 1, 2)) -> NDArray
     return positions
 
 
+def columns_of(lines: Sequence[Line], columns: Sequence[int]) -> NDArray[np.float64]:
+    """(k, c) numbers that stand in certain columns of lines; NaN where one has none."""
+    found = np.full((len(lines), len(columns)), np.nan)
+    for row, (_, text) in enumerate(lines):
+        words = text.split()
+        try:
+            found[row] = [float(words[column]) for column in columns]
+        except (IndexError, ValueError):
+            found[row] = [number_or_nan(*words[column : column + 1]) for column in columns]
+    return found
+
+
+def number_or_nan(word: bytes = b"") -> float:
+    """A number; NaN where a word is none."""
+    return float(word) if _NUMBER.fullmatch(word) is not None else np.nan
+
+
 def decimal(word: bytes, line: int) -> float:
     """A number.
 
