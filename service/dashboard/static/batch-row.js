@@ -1,7 +1,7 @@
 // A batch as a row of the table, and what stands below it while it is open.
 
 import { download, request, said } from "meshcone/api";
-import { h } from "meshcone/dom";
+import { byId, h } from "meshcone/dom";
 import { age, dateTime } from "meshcone/format";
 import { chip, projectTag } from "meshcone/job-words";
 
@@ -61,38 +61,64 @@ export function batchRow(batch, isOpen, onToggle) {
     h("td", { class: "right soft age" }, h("time", { datetime: batch.created, title: dateTime(batch.created) }, age(batch.created))));
 }
 
-/**
- * What can be done with an open batch, and the whole of its verdicts as files.
- * @param {Object} batch
- * @param {Function} onGone is called when it has been deleted
- */
-export function batchTools(batch, onGone) {
-  const outcome = h("span", { role: "status" });
-  const act = (name, path, options, question) => h("button", {
-    type: "button",
-    class: question ? "danger" : "",
-    onclick: async (event) => {
+/** What can be done with an open batch, and the whole of its verdicts as files: a row that stays for as long as the batch. */
+export class BatchTools {
+  /** @param {Function} onGone is called when the batch has been deleted */
+  constructor(onGone) {
+    this.onGone = onGone;
+    this.offered = h("span", { class: "offered" });
+    this.outcome = h("span", { role: "status" });
+    this.row = h("tr", { class: "within tools" }, h("td", { colspan: "4" }, h("div", { class: "batch-tools" }, this.offered, this.outcome)));
+    this.kind = null;
+  }
+
+  /** The row, with what fits the batch as it is now; what fits it still is left alone. */
+  show(batch) {
+    const kind = batch.state === "finished" ? "finished" : batch.cancel_requested ? "canceling" : "running";
+    if (kind !== this.kind) this.offered.replaceChildren(...this[kind](batch));
+    this.kind = kind;
+    return this.row;
+  }
+
+  finished(batch) {
+    const { links, id } = batch;
+    const files = [["result", "json", "Verdicts"], ["junit", "xml", "JUnit"], ["sarif", "sarif.json", "SARIF"], ["markdown", "md", "Markdown"]];
+    const question = `Delete the batch with ${pairsInWords(batch)} and all of their files?`;
+    return [
+      ...files.map(([kind, suffix, title]) => download(links[kind], `${id}.${suffix}`, title)),
+      this.button(batch, "Delete batch", () => request(links.self, { method: "DELETE" }).then(this.onGone), question),
+    ];
+  }
+
+  canceling() {
+    return [h("span", { class: "hint" }, "Canceling")];
+  }
+
+  running(batch) {
+    return [this.button(batch, "Cancel batch", () => request(batch.links.cancel, { method: "POST" }))];
+  }
+
+  button(batch, name, act, question) {
+    const button = h("button", { type: "button", class: question ? "danger" : "" }, name);
+    button.addEventListener("click", async () => {
       if (question && !confirm(question)) return;
-      const button = event.currentTarget;
       button.disabled = true;
+      this.outcome.textContent = "";
       try {
-        await request(path, options);
-        if (question) onGone();
+        await act();
       } catch (error) {
-        outcome.textContent = said(error);
+        this.refused(said(error), `${name}, ${batchTitle(batch)}: ${said(error)}`);
         button.disabled = false;
       }
-    },
-  }, name);
-  const { links } = batch;
-  const tools = batch.state === "finished"
-    ? [
-      ...[["result", "json", "Verdicts"], ["junit", "xml", "JUnit"], ["sarif", "sarif.json", "SARIF"], ["markdown", "md", "Markdown"]]
-        .map(([kind, suffix, title]) => download(links[kind], `${batch.id}.${suffix}`, title)),
-      act("Delete batch", links.self, { method: "DELETE" }, `Delete the batch with ${pairsInWords(batch)} and all of their files?`),
-    ]
-    : [batch.cancel_requested ? h("span", { class: "hint" }, "Canceling") : act("Cancel batch", links.cancel, { method: "POST" })];
-  return h("tr", { class: "within tools" }, h("td", { colspan: "4" }, h("div", { class: "batch-tools" }, tools, outcome)));
+    });
+    return button;
+  }
+
+  /** Tell of a refusal here, or where it is seen if the batch was closed since. */
+  refused(here, elsewhere) {
+    if (this.row.isConnected) this.outcome.textContent = here;
+    else byId("sent").replaceChildren(h("p", { class: "notice error", role: "alert" }, elsewhere));
+  }
 }
 
 /** A line below a batch that is no job. */

@@ -30,10 +30,14 @@ const ACTIONS = [
   { name: "Delete", done: "deleted", danger: true, fits: hasEnded, act: ({ id }) => request(jobPath(id), { method: "DELETE" }) },
 ];
 
+function write(element, words) {
+  if (element.textContent !== words) element.textContent = words;
+}
+
 export class Selection {
   /**
    * @param {Element} rows the table's body: a row has its job's id, and a checkbox of ours
-   * @param {Function} onDone told of the ids of jobs after something was done with them
+   * @param {Function} onDone is called after something was done with jobs
    */
   constructor(rows, onDone) {
     this.rows = rows;
@@ -41,12 +45,28 @@ export class Selection {
     this.jobs = [];
     this.chosen = new Set();
     this.last = null;
+    this.isBusy = false;
     this.bar = byId("selected");
+    this.fill();
     this.all = byId("choose-all");
     this.all.addEventListener("change", () => this.choose(this.jobs, this.all.checked));
     rows.addEventListener("click", (event) => event.target.matches(".choose") && this.toggle(event.target, event.shiftKey));
     rows.addEventListener("keydown", (event) => this.press(event));
     addEventListener("keydown", (event) => event.key === "Escape" && !document.querySelector("dialog[open]") && this.choose(this.jobs, false));
+  }
+
+  /** What the bar is made of; it stays, for a press or the focus may be on it. */
+  fill() {
+    this.words = h("strong", { role: "status" });
+    this.compare = h("a", { class: "button" }, "Compare");
+    this.buttons = new Map(ACTIONS.map((action) => [action, h("button", { type: "button", class: action.danger ? "danger" : "", onclick: () => this.carryOut(action) })]));
+    this.clear = h("button", { type: "button", class: "quiet", onclick: () => this.choose(this.jobs, false) }, "Clear");
+    this.bar.replaceChildren(this.words, this.compare, ...this.buttons.values(), this.clear);
+  }
+
+  /** The jobs that are chosen. */
+  get those() {
+    return this.jobs.filter(({ id }) => this.chosen.has(id));
   }
 
   /** A checkbox for the row of a job. */
@@ -56,21 +76,21 @@ export class Selection {
 
   /** Take the jobs that are shown; what is shown no longer is chosen no longer. */
   show(jobs) {
-    this.jobs = jobs;
-    const ids = new Set(jobs.map(({ id }) => id));
+    const byIds = new Map(jobs.map((job) => [job.id, job]));  // below its batch a job may stand once more
+    this.jobs = [...byIds.values()];
+    const ids = new Set(byIds.keys());
     this.chosen = new Set([...this.chosen].filter((id) => ids.has(id)));
     this.tell();
   }
 
-  box(id) {
-    return this.rows.querySelector(`tr[data-id="${id}"] .choose`);
+  boxes(id) {
+    return this.rows.querySelectorAll(`tr[data-id="${id}"] .choose`);
   }
 
   choose(jobs, wanted) {
     for (const { id } of jobs) {
       if (wanted) this.chosen.add(id); else this.chosen.delete(id);
-      const box = this.box(id);
-      if (box) box.checked = wanted;
+      for (const box of this.boxes(id)) box.checked = wanted;
     }
     this.tell();
   }
@@ -93,30 +113,30 @@ export class Selection {
     event.preventDefault();
     if (event.shiftKey) this.choose([this.jobs[at], next], true);
     this.last = next.id;
-    this.box(next.id).focus();
+    this.boxes(next.id)[0].focus();
   }
 
   tell() {
-    const chosen = this.jobs.filter(({ id }) => this.chosen.has(id));
-    this.all.checked = chosen.length > 0 && chosen.length === this.jobs.length;
-    this.all.indeterminate = chosen.length > 0 && chosen.length < this.jobs.length;
-    this.bar.hidden = chosen.length === 0;
-    if (!chosen.length) return this.bar.replaceChildren();
-    const buttons = ACTIONS.map((action) => {
-      const fitting = chosen.filter(action.fits);
-      return h("button", { type: "button", class: action.danger ? "danger" : "", disabled: fitting.length === 0, onclick: () => this.carryOut(action, fitting) },
-        action.name, fitting.length > 0 && fitting.length < chosen.length && ` ${fitting.length}`);
-    });
-    return this.bar.replaceChildren(...[
-      h("strong", { role: "status" }, `${jobsInWords(chosen.length)} chosen`),
-      chosen.length === 2 && h("a", { class: "button", href: `/compare?${new URLSearchParams({ jobs: chosen.map(({ id }) => id).join(",") })}` }, "Compare"),
-      ...buttons,
-      h("button", { type: "button", class: "quiet", onclick: () => this.choose(this.jobs, false) }, "Clear"),
-    ].filter(Boolean));
+    const { those } = this;
+    this.all.checked = those.length > 0 && those.length === this.jobs.length;
+    this.all.indeterminate = those.length > 0 && those.length < this.jobs.length;
+    if (this.isBusy) return;  // the bar stays as it was pressed until all is done
+    this.bar.hidden = those.length === 0;
+    write(this.words, `${jobsInWords(those.length)} chosen`);
+    this.compare.hidden = those.length !== 2;
+    this.compare.href = `/compare?${new URLSearchParams({ jobs: those.map(({ id }) => id).join(",") })}`;
+    for (const [action, button] of this.buttons) {
+      const fitting = those.filter(action.fits).length;
+      button.disabled = fitting === 0;
+      write(button, fitting > 0 && fitting < those.length ? `${action.name} ${fitting}` : action.name);
+    }
+    this.clear.disabled = false;
   }
 
-  async carryOut(action, jobs) {
+  async carryOut(action) {
+    const jobs = this.those.filter(action.fits);
     if (action.danger && !confirm(`Delete ${jobsInWords(jobs.length)} with all of their files?`)) return;
+    this.isBusy = true;
     for (const button of this.bar.querySelectorAll("button")) button.disabled = true;
     const waiting = [...jobs];
     const failures = [];
@@ -126,8 +146,9 @@ export class Selection {
       }
     };
     await Promise.all(Array.from({ length: AT_A_TIME }, work));
+    this.isBusy = false;
     this.choose(jobs, false);
-    this.onDone(new Set(jobs.map(({ id }) => id)));
+    this.onDone();
     byId("sent").replaceChildren(
       h("p", { class: `notice ${failures.length ? "error" : "good"}` }, `${jobsInWords(jobs.length - failures.length)} ${action.done}.`,
         failures.length > 0 && ` ${failures.length} not: ${failures[0]}`));
