@@ -24,7 +24,7 @@ from meshcone.report.report import AlignmentRecord, FrameRecord, InputRecord, In
 from meshcone.surface import Frame, Mesh, Subdivision
 from meshcone.surface.alignment import Alignment, AlignmentMode, align
 from meshcone.surface.arrays import Bools, Floats, row_lengths
-from meshcone.surface.similarity import invert, scale_of, transform_points
+from meshcone.surface.similarity import invert, rounding_of, scale_of, transform_points
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,16 @@ class Pair:
 
     @property
     def tolerance(self) -> float:
-        """How far the surfaces may lie from those that the files mean, relative to the radius."""
-        scale = 1.0 if self.alignment is None else scale_of(self.alignment.matrix)
-        found = scale * self.source_asset.tolerance + self.reference_asset.tolerance
-        return found / self.frame.radius
+        """How far the surfaces may lie from those that the files mean, relative to the radius.
+
+        A source far from the origin is rounded on its way to the reference.
+        """
+        source, reference = self.source_asset, self.reference_asset
+        found = source.tolerance
+        if self.alignment is not None:
+            matrix = self.alignment.matrix
+            found = scale_of(matrix) * found + rounding_of(matrix, source.vertices)
+        return (found + reference.tolerance) / self.frame.radius
 
     def aligned(self, mode: AlignmentMode, seed: int) -> Pair:
         """Bring the source to the reference, rigidly or by a similarity."""
@@ -247,32 +253,6 @@ class Pair:
         """
         name, beside = self.source_asset.name, self.source_file.resources
         return read_asset(name, data, beside, policy=self.reading)
-
-    def written_positions(self, written: Asset) -> Floats:
-        """Take the source's positions from a patched copy.
-
-        Returns:
-            (n, 3) welded positions in the frame, at the precision of the file.
-        """
-        return self.frame.into(self.written_in_model_units(written)[0])
-
-    def written_in_model_units(self, written: Asset) -> tuple[Floats, float]:
-        """Take the source's positions from a patched copy, where the alignment brings them.
-
-        Returns:
-            (n, 3) welded positions in model units, and how far the file has a vertex from the
-            one it is welded into, at most: seams may open by the precision of the file.
-        """
-        weld = self.source_asset.weld
-        used = weld >= 0
-        positions = np.empty_like(self.source_asset.vertices)
-        positions[weld[used]] = written.positions[used]
-        apart = row_lengths(written.positions[used] - positions[weld[used]])
-        seam = float(apart.max(initial=0.0))
-        if self.alignment is not None:
-            matrix = self.alignment.matrix
-            return transform_points(matrix, positions), seam * scale_of(matrix)
-        return positions, seam
 
     def opened(self, written: Asset) -> float:
         """Measure how far a patched copy opens triangles that are not faces of the source.

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
+from meshcone.formulation import Formulated
 from meshcone.program.answer import FinalProgram
 from meshcone.program.certificate import residuals
 from meshcone.program.multipliers import active_cones
 from meshcone.report.report import CertificateRecord
-from meshcone.surface.arrays import Floats, row_lengths
+from meshcone.written import WrittenVertices
 
 
 def certify(
-    final: FinalProgram, written: Floats, tolerance: float, magnification: float
+    problem: Formulated, final: FinalProgram, written: WrittenVertices, tolerance: float
 ) -> CertificateRecord:
     """Recompute an answer's residuals from its program.
 
     Args:
+        problem: the formulation of the pair.
         final: the last round's program, its optimum and multipliers.
-        written: (n, 3) the positions the refined file stores, mapped into the program's
-            own frame.
+        written: the vertices that the refined file stores.
         tolerance: what each residual must not exceed.
-        magnification: length in the reference's frame of a unit of the program's own.
     """
     optimum = residuals(final.objective, final.families, final.positions, final.multipliers)
     active = active_cones(final.families, final.multipliers)
-    offsets = row_lengths(written - final.positions)
+    stored = problem.into_program(written.in_frame)
+    offsets = written.away_from(problem.out_of_program(final.positions))
     return CertificateRecord(
         tolerance=tolerance,
         holds=optimum.worst <= tolerance,
@@ -32,6 +33,6 @@ def certify(
         active=active,
         relaxation_is_optimal=not final.multipliers,
         optimum=optimum,
-        written=residuals(final.objective, final.families, written, final.multipliers),
-        precision=magnification * float(offsets.max(initial=0.0)),
+        written=residuals(final.objective, final.families, stored, final.multipliers),
+        precision=float(offsets.max(initial=0.0)),
     )

@@ -62,7 +62,7 @@ def _proven(surface: WrittenSurface, stored: Closeness) -> Bounds:
     for name, here, there in (("extra", mesh, reference), ("missing", reference, mesh)):
         try:
             bound = check_leaves(here, there, getattr(stored, name))
-            bounds.append(bound + surface.seam + surface.tolerance)
+            bounds.append(bound + surface.uncertain)
         except InputError as error:
             raise InputError(f"the record of '{name}' proves nothing: {error}") from None
     return Bounds(*bounds)
@@ -73,5 +73,4 @@ def _searched(surface: WrittenSurface, options: Options) -> Bounds:
     asked = Asked(chosen.width * Frame.of(surface.reference).radius, chosen.share, chosen.pieces)
     extra = directed_deviation(surface.mesh, surface.reference, asked).upper
     missing = directed_deviation(surface.reference, surface.mesh, asked).upper
-    beyond = surface.seam + surface.tolerance
-    return Bounds(extra + beyond, missing + beyond)
+    return Bounds(extra + surface.uncertain, missing + surface.uncertain)

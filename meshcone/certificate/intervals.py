@@ -19,6 +19,7 @@ from meshcone.quality.deviation.triangles import Triangles
 from meshcone.report.report import Report
 from meshcone.report.statement import statement
 from meshcone.surface import Mesh, SurfaceTree
+from meshcone.written import WrittenVertices
 
 # Rounding on the way into the frame, in which the engine bounds, and out of it.
 _ROUNDING = 1e-9
@@ -58,6 +59,11 @@ class WrittenSurface:
     reference: Mesh
     tolerance: float
 
+    @property
+    def uncertain(self) -> float:
+        """How far the file's surfaces may lie from these meshes; a bound is wider by it."""
+        return self.seam + self.tolerance
+
     @staticmethod
     def of(pair: Pair, refined: bytes) -> WrittenSurface:
         """Read a refined file.
@@ -68,14 +74,14 @@ class WrittenSurface:
         """
         written = pair.read_patched(refined)
         require_same_structure(pair, written)
-        positions, seam = pair.written_in_model_units(written)
-        _require_shut(pair.opened(written), min(2 * seam, _NO_AREA * pair.frame.radius))
+        vertices, radius = WrittenVertices.of(pair, written), pair.frame.radius
+        _require_shut(pair.opened(written), min(2 * vertices.seam, _NO_AREA * radius))
         reference = pair.reference_asset
         return WrittenSurface(
-            mesh=pair.source.moved_to(positions),
-            seam=seam,
+            mesh=pair.source.moved_to(vertices.positions),
+            seam=vertices.seam,
             reference=Mesh(reference.vertices, reference.faces, reference.is_points),
-            tolerance=pair.tolerance * pair.frame.radius,
+            tolerance=pair.tolerance * radius + vertices.rounding,
         )
 
 
@@ -103,7 +109,7 @@ def intervals_check(report: Report, found: Bounds, surface: WrittenSurface, pair
     stated = report.deviation
     assert stated is not None  # noqa: S101 - there is nothing to check otherwise
     radius = pair.frame.radius
-    margin = surface.seam + _ROUNDING * radius
+    margin = _ROUNDING * radius
     near = margin + _ON_SURFACE * radius
     bars = bars_of(pair.gates(report.options), radius)
     fault = (
@@ -153,7 +159,7 @@ def _not_proven(stated: Deviation, found: Bounds, margin: float) -> str | None:
     return None
 
 
-def _not_attained(stated: Deviation, surface: WrittenSurface, margin: float) -> str | None:
+def _not_attained(stated: Deviation, surface: WrittenSurface, near: float) -> str | None:
     mesh, reference = surface.mesh, surface.reference
     of_mesh = [
         (name, told, mesh, reference)
@@ -167,9 +173,11 @@ def _not_attained(stated: Deviation, surface: WrittenSurface, margin: float) -> 
             return f"'{name}' names no point that is {told.lower_model:.3g} away"
         at = np.array(told.at)
         # The search's answer is a point of the surface, whether or not there is a closer one.
-        if not (off := float(SurfaceTree(here).closest(at[None]).distances[0])) <= margin:
+        if not (off := float(SurfaceTree(here).closest(at[None]).distances[0])) <= near:
             return f"the farthest point of '{name}' is {off:.3g} away from the surface it is on"
-        if not (away := Triangles(there).distance_at_least(at)) >= told.lower_model - margin:
+        # Of the two surfaces as the files mean them: 0 of any two is true.
+        away = max(Triangles(there).distance_at_least(at) - surface.uncertain, 0.0)
+        if not (told.lower_model == 0 or away >= told.lower_model - near):
             return (
                 f"the farthest point of '{name}' is {away:.3g} away from the other surface, "
                 f"the report states {told.lower_model:.3g}"

@@ -49,12 +49,7 @@ def optimality_checks(
         rewriting: how the refined file compares with the optimum written into the source.
         source: in the frame.
     """
-    found = certify(
-        final,
-        problem.into_program(rewriting.positions),
-        report.options.solver.tolerance,
-        problem.magnification,
-    )
+    found = certify(problem, final, rewriting.vertices, report.options.solver.tolerance)
     bound = min(found.tolerance, _LOOSEST_TOLERANCE, _LOOSEST_ANSWER / problem.magnification)
     length = bound * min(1.0, Frame.of(source).radius / _SMALL_SOURCE)
     yield bounded("feasible", found.optimum.primal, length, "largest cone violation")

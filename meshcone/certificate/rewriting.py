@@ -10,6 +10,7 @@ from meshcone.assets import Asset
 from meshcone.errors import InputError
 from meshcone.pair import Pair
 from meshcone.surface.arrays import Floats, row_lengths
+from meshcone.written import WrittenVertices
 
 
 @dataclass(frozen=True)
@@ -17,14 +18,14 @@ class Rewriting:
     """How a refined file compares. Lengths are relative to the reference's radius.
 
     Attributes:
-        positions: (n, 3) what the refined file stores, in the frame.
+        vertices: those that the refined file stores.
         offset: largest distance of one of its vertices, split at seams, from the same one
             of the source with the optimum written into it.
         precision: largest distance between the optimum and what the file format keeps of it.
         identical: whether the two files are the same bytes.
     """
 
-    positions: Floats
+    vertices: WrittenVertices
     offset: float
     precision: float
     identical: bool
@@ -44,11 +45,11 @@ def compare_with_rewritten(
     expected, found = pair.read_patched(rewritten), pair.read_patched(refined)
     if not _same_structure(expected, found):
         raise InputError("the refined file has other vertices or faces than the source")
-    kept = pair.written_positions(expected) - optimum
+    kept = WrittenVertices.of(pair, expected).away_from(optimum)
     return Rewriting(
-        positions=pair.written_positions(found),
+        vertices=WrittenVertices.of(pair, found),
         offset=_longest(found.positions - expected.positions) / pair.frame.radius,
-        precision=_longest(kept),
+        precision=float(kept.max(initial=0.0)),
         identical=refined == rewritten,
     )
 
@@ -63,7 +64,7 @@ def require_same_structure(pair: Pair, written: Asset) -> None:
         return
     if len(written.positions) == len(pair.source_asset.positions):
         # The triangles that a polygon is split into depend on where its corners are.
-        again = pair.read_patched(pair.patched(pair.written_positions(written)))
+        again = pair.read_patched(pair.patched(WrittenVertices.of(pair, written).in_frame))
         if _same_structure(again, written):
             return
     raise InputError("the refined file has other vertices or faces than the source")

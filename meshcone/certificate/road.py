@@ -21,7 +21,11 @@ NOT_REPLAYED = "rounds before the last: not replayed"
 
 def displacement_of(positions: Floats, source: Floats) -> Displacement:
     """Measure how far vertices (n, 3) lie from the source's, in the frame."""
-    moves = row_lengths(positions - source)
+    return displacement_by(row_lengths(positions - source))
+
+
+def displacement_by(moves: Floats) -> Displacement:
+    """Sum up how far vertices (n,) have moved, in the frame."""
     return Displacement(mean=float(moves.mean()), max=float(moves.max()))
 
 

@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_lengths
 
 
 def transform_points(matrix: Floats, points: Floats) -> Floats:
     """Map (k, 3) points by a (4, 4) similarity."""
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3], dtype=np.float64)
+
+
+def rounding_of(matrix: Floats, points: Floats) -> float:
+    """Bound how far :func:`transform_points` puts any of (k, 3) points from its exact image.
+
+    A coordinate is the sum of three products and one number: four roundings of each, at most,
+    each by 2⁻⁵³ of the sum of their sizes. Far from the origin that is far more than the result's
+    own rounding. The fifth is for the bound itself.
+    """
+    if np.array_equal(matrix, np.eye(4)):
+        return 0.0  # products with 1 and sums with 0 are exact
+    sizes = np.abs(points) @ np.abs(matrix[:3, :3]).T + np.abs(matrix[:3, 3])
+    return 5 * 2.0**-53 * float(row_lengths(sizes).max(initial=0.0))
 
 
 def scale_of(matrix: Floats) -> float:

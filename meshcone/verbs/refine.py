@@ -36,8 +36,9 @@ from meshcone.report.report import Displacement, OutputRecord, Report, Timings
 from meshcone.report.scoring import Scorer
 from meshcone.report.statement import statement
 from meshcone.stopwatch import Stopwatch
-from meshcone.surface.arrays import Floats, row_lengths
+from meshcone.surface.arrays import Floats
 from meshcone.views.scene import Scene
+from meshcone.written import WrittenVertices
 
 # Share of the whole work that is done when each stage begins; measured at 4k vertices.
 _STAGE_STARTS: dict[Stage, float] = {"read": 0.0, "solve": 0.1, "write": 0.65, "quality": 0.7}
@@ -125,8 +126,11 @@ def refine(
             pair.collapsed,
             pair.partitions(options.quality.per) if options.quality.per else None,
         )
-        after = scorer.refined(pair.source.moved_to(written.positions))
-        proven = scorer.deviation(pair.frame, pair.gates(options), pair.tolerance)
+        vertices = written.vertices
+        after = scorer.refined(pair.source.moved_to(vertices.in_frame))
+        # What is proven is of the file: of every copy that it has of a vertex.
+        uncertain = pair.tolerance + vertices.uncertain
+        proven = scorer.deviation(pair.frame, pair.gates(options), uncertain)
         report = _report(sent, solution, scorer, options, written, after, proven)
     with watch.stage("audit"):
         if options.audit:
@@ -152,12 +156,12 @@ def _limited(options: Options, seconds: float | None) -> Options:
 
 @dataclass(frozen=True)
 class _Written:
-    """The refined file, as written and as read again, and its (n, 3) positions in the frame."""
+    """The refined file, as written and as read again, and where it has its vertices."""
 
     record: OutputRecord
     data: bytes
     asset: Asset
-    positions: Floats
+    vertices: WrittenVertices
 
 
 def _write(pair: Pair, solved: RefinedPositions) -> _Written:
@@ -172,12 +176,12 @@ def _write(pair: Pair, solved: RefinedPositions) -> _Written:
     except InputError as error:  # the source could be read
         words = f"the refined file cannot be read back: {error.message}"
         raise InternalError(words, file=record.name, place=error.place) from error
-    positions = pair.written_positions(asset)
-    astray = float(row_lengths(positions - solved.positions).max(initial=0.0))
+    vertices = WrittenVertices.of(pair, asset)
+    astray = float(vertices.away_from(solved.positions).max(initial=0.0))
     if astray > _ASTRAY:
         words = f"the refined file has a vertex {astray:.3g} radii from where it was to be"
         raise InternalError(words, file=record.name)
-    return _Written(record, data, asset, positions)
+    return _Written(record, data, asset, vertices)
 
 
 def _report(
@@ -192,13 +196,10 @@ def _report(
     pair, problem, solved = solution.pair, solution.problem, solution.answer
     appearance = scorer.appearance(*pair.paints)
     validity = scorer.input.validity, scorer.floor.validity
-    moves = row_lengths(written.positions - pair.source.vertices)
+    moves = written.vertices.away_from(pair.source.vertices)
     certificate = None
     if solved.final is not None:
-        program_positions = problem.into_program(written.positions)
-        certificate = certify(
-            solved.final, program_positions, options.solver.tolerance, problem.magnification
-        )
+        certificate = certify(problem, solved.final, written.vertices, options.solver.tolerance)
     solver = _solver_report(options, solved)
     told = (
         pair.warnings(*validity, written.asset)

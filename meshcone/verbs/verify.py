@@ -22,7 +22,12 @@ from meshcone.certificate.metrics import metrics_check
 from meshcone.certificate.optimality import optimality_checks
 from meshcone.certificate.placement import place
 from meshcone.certificate.rewriting import compare_with_rewritten
-from meshcone.certificate.road import displacement_check, displacement_of, road_check
+from meshcone.certificate.road import (
+    displacement_by,
+    displacement_check,
+    displacement_of,
+    road_check,
+)
 from meshcone.certificate.settings import settings_check
 from meshcone.certificate.stated import files_checks, within_checks
 from meshcone.errors import InputError, LimitError
@@ -153,9 +158,10 @@ def _check_answer(
         yield Check("written", False, str(error))
         return
     yield from optimality_checks(report, stored, problem, final, rewriting, pair.source)
-    moved = displacement_of(rewriting.positions, pair.source.vertices)
+    stored_at = rewriting.vertices
+    moved = displacement_by(stored_at.away_from(pair.source.vertices))
     yield displacement_check(moved, report.displacement)
-    yield metrics_check(report, pair.source.moved_to(rewriting.positions), pair.reference)
+    yield metrics_check(report, pair.source.moved_to(stored_at.in_frame), pair.reference)
     start = problem.started_at(final.before)
     yield road_check(final.round_index, start, pair.source.vertices, moved)
 

@@ -64,10 +64,12 @@ class Forgery:
         optimum = problem.out_of_program(final.positions)
         answer = problem.settled(optimum)
         refined = MeshFile(honest.refined.name, pair.patched(answer))
-        written = compare_with_rewritten(pair, answer, refined.data, optimum).positions
+        vertices = compare_with_rewritten(pair, answer, refined.data, optimum).vertices
+        written = vertices.in_frame
         scorer = Scorer(pair.source, pair.reference, options)
         measured = scorer.refined(pair.source.moved_to(written))
-        proven = scorer.deviation(pair.frame, pair.gates(options))
+        uncertain = pair.tolerance + vertices.uncertain
+        proven = scorer.deviation(pair.frame, pair.gates(options), uncertain)
         assert proven is not None
         closeness = Closeness(proven.extra, proven.missing)
         tolerance = options.solver.tolerance
@@ -75,9 +77,7 @@ class Forgery:
             update={
                 "options": options,
                 "alignment": aligned,
-                "certificate": certify(
-                    final, problem.into_program(written), tolerance, problem.magnification
-                ),
+                "certificate": certify(problem, final, vertices, tolerance),
                 "deviation": proven.record,
                 "statement": statement(proven.record, pair.unit(options)),
                 "displacement": displacement_of(written, pair.source.vertices),

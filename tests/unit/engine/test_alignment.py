@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import trimesh
@@ -10,8 +12,13 @@ from scipy.spatial.transform import Rotation
 from meshcone.assets import read_asset
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.options import parse_options
+from meshcone.options import Options, parse_options
+from meshcone.pair import read_pair
+from meshcone.quality.deviation.interval import Asked, directed_deviation
 from meshcone.surface import Mesh
+from meshcone.surface.alignment import Alignment
+from meshcone.surface.arrays import Floats
+from meshcone.surface.similarity import similarity
 from meshcone.verbs.measure import measure
 from meshcone.verbs.refine import Refinement, refine
 from meshcone.verbs.verify import read_report, verify
@@ -117,3 +124,40 @@ def test_boxes_of_one_generator_are_turned_though_their_faces_are_equal() -> Non
     assert answer.report.alignment is not None
     assert answer.report.alignment.after < 1e-6
     assert answer.report.outcome == "indistinguishable"
+
+
+def test_the_interval_of_a_source_aligned_from_far_away_includes_what_the_motion_rounds() -> None:
+    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    over = np.array([[-0.3, -0.2, 0.125], [0.4, -0.1, 0.125], [0.0, 0.5, 0.125]])
+    far = np.array([500000.3, 4600000.7, 100.1])
+    rotation = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    rotation *= np.sign(np.linalg.det(rotation))
+    matrix = similarity(rotation, 1.0, far, np.zeros(3))
+    source, reference = (
+        MeshFile(name, as_written(vertices, faces))
+        for name, vertices, faces in (
+            ("s.obj", over @ rotation + far, [[0, 1, 2]]),
+            ("r.obj", square, [[0, 1, 2], [0, 2, 3]]),
+        )
+    )
+
+    pair = read_pair(source, reference, Options(align="rigid"))
+    placed = pair.placed(Alignment(matrix, "icp", 0.0, 0.0))
+
+    found = directed_deviation(placed.source, placed.reference, Asked(1e-12, 1e-12, 1000))
+    highest = max(height(matrix, vertex) for vertex in pair.source_asset.vertices)
+    assert found.upper * pair.frame.radius < highest  # by what the motion rounds
+    assert (found.upper + placed.tolerance) * pair.frame.radius >= highest
+    assert pair.tolerance == 0.0
+
+
+def height(matrix: Floats, vertex: Floats) -> Fraction:
+    x, y, z, moved = (Fraction(float(entry)) for entry in matrix[2])
+    here = [Fraction(float(value)) for value in vertex]
+    return abs(x * here[0] + y * here[1] + z * here[2] + moved)
+
+
+def as_written(vertices: Floats, faces: list[list[int]]) -> bytes:
+    lines = ["v {!r} {!r} {!r}".format(*map(float, vertex)) for vertex in vertices]
+    lines += ["f {} {} {}".format(*(corner + 1 for corner in face)) for face in faces]
+    return "\n".join(lines).encode()
