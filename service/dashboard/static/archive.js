@@ -27,12 +27,18 @@ async function entries(file) {
   return found.filter(({ path }) => !path.endsWith("/") && !/(^|\/)(__MACOSX\/|\.)/.test(path));
 }
 
-async function unpacked(file, { path, method, packed, begin }) {
+/** A file of an archive. Throws, in words for the sender, where the archive is damaged there. */
+async function unpacked(file, entry) {
+  const content = await contentOf(file, entry).catch(() => null);
+  if (content?.size !== entry.size) throw new Error(`${file.name} is damaged: ${entry.path} in it cannot be unpacked. Nothing of it was taken; pack it again.`);
+  return new File([content], entry.path.split("/").at(-1));
+}
+
+async function contentOf(file, { method, packed, begin }) {
   const head = await viewOf(file.slice(begin, begin + 30));
   const start = begin + 30 + head.getUint16(26, true) + head.getUint16(28, true);
   const data = file.slice(start, start + packed);
-  const content = method === STORED ? data : await new Response(data.stream().pipeThrough(new DecompressionStream("deflate-raw"))).blob();
-  return new File([content], path.split("/").at(-1));
+  return method === STORED ? data : new Response(data.stream().pipeThrough(new DecompressionStream("deflate-raw"))).blob();
 }
 
 /**
@@ -40,7 +46,7 @@ async function unpacked(file, { path, method, packed, begin }) {
  * @param {{file: File, folder: string}[]} files that came together
  * @param {RegExp} meshes what the names of meshes are like
  * @returns {Promise<{file: File, folder: string}[]>} the same, unless a ZIP is the only mesh of
- *   them and holds several
+ *   them and holds several. Throws where it is damaged
  */
 export async function opened(files, meshes) {
   const like = files.filter(({ file }) => meshes.test(file.name));

@@ -162,5 +162,10 @@ export async function optionsForm(onChange, given = {}) {
   const schema = new Schema(await getJson("/openapi.json"));
   const form = new Form(schema, onChange, given);
   const root = schema.resolve({ $ref: "#/components/schemas/Options" });
-  return { form: form.section(root, [], ""), value: () => form.value() };
+  const element = form.section(root, [], "");
+  // What is wrong in a closed section cannot be shown, and a form with it is not sent.
+  element.addEventListener("invalid", ({ target }) => {
+    for (let section = target.closest("details"); section; section = section.parentElement.closest("details")) section.open = true;
+  }, true);
+  return { form: element, value: () => form.value() };
 }

@@ -12,11 +12,14 @@ export async function droppedFiles(transfer) {
 }
 
 async function filesIn(entry, folder) {
-  if (!entry.isDirectory) return [{ file: await new Promise((resolve, reject) => entry.file(resolve, reject)), folder }];
+  const read = (ask) => new Promise((resolve, reject) => ask(resolve, reject)).catch((error) => {
+    throw new Error(`${folder}${entry.name} cannot be read, so nothing of what was dropped was taken: ${error.message}`);
+  });
+  if (!entry.isDirectory) return [{ file: await read((...told) => entry.file(...told)), folder }];
   const reader = entry.createReader();
   const inside = [];
   for (let some = null; some === null || some.length;) { // a folder is read a hundred entries at a time
-    some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject));
+    some = await read((...told) => reader.readEntries(...told));
     inside.push(...some);
   }
   return (await Promise.all(inside.map((each) => filesIn(each, `${folder}${entry.name}/`)))).flat();
@@ -27,8 +30,8 @@ async function filesIn(entry, folder) {
  * @param {{file: File, folder: string}[]} files what came together
  * @param {{side: ?string, free: string}} where the side that was meant, if one was, and the one
  *   that a single mesh fills otherwise
- * @returns {{meshes: Object, beside: Object}} by side, the meshes and the files they name; those
- *   that may belong to either are under "both"
+ * @returns {{meshes: Object, beside: Object, leftOut: Object[]}} by side, the meshes and the files
+ *   they name; those that may belong to either are under "both". A third mesh has no side
  */
 export function sorted(files, { side, free }) {
   const found = files.filter(({ file }) => MESHES.test(file.name));
@@ -41,7 +44,7 @@ export function sorted(files, { side, free }) {
   }
   const beside = { source: [], reference: [], both: [] };
   for (const other of others) beside[whose(other, meshes, side)].push(other.file);
-  return { meshes, beside };
+  return { meshes, beside, leftOut: found.slice(2) };
 }
 
 const likeAReference = ({ file, folder }) => LIKE_A_REFERENCE.test(file.name) || LIKE_A_REFERENCE.test(folder);

@@ -13,8 +13,10 @@ const SIDES = ["source", "reference"];
 const EMPTY = { source: "Choose or drop the mesh to judge", reference: "Choose or drop what it should have been" };
 
 // Each mesh, where it lay, and what it names; files of both where nothing says whose they are.
-const chosen = { source: null, reference: null, resources: { source: [], reference: [], both: [] } };
+const nothing = () => ({ source: null, reference: null, resources: { source: [], reference: [], both: [] } });
+const chosen = nothing();
 let options = null;
+let sending = false;
 
 function tag(file, place) {
   const leaveOut = () => {
@@ -35,7 +37,7 @@ function show() {
   for (const [place, files] of Object.entries(chosen.resources)) {
     document.querySelector(`[data-resources=${place}]`).replaceChildren(...files.map((file) => tag(file, place)));
   }
-  byId("send").disabled = chosen.source === null;
+  byId("send").disabled = sending || chosen.source === null;
   byId("send").textContent = chosen.source && !chosen.reference ? "Audit the source alone" : "Start the job";
   byId("intent").textContent = intent();
 }
@@ -47,11 +49,22 @@ function intent() {
   return source ? `${source.file.name} is audited by itself.` : "";
 }
 
-/** Take files that came together; the side they were dropped on or chosen for, if any, decides. */
-async function take(came, side) {
-  open();
-  const files = await opened(came, MESHES);
-  const { meshes, beside } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
+/** Take files that came together; the side they were dropped on or chosen for, if any, decides. Tells what was not taken. */
+async function take(coming, side) {
+  try {
+    const came = await coming;
+    open();
+    byId("take-state").replaceChildren();
+    if (came.length === 0) throw new Error("There are no files in what was dropped.");
+    takeFiles(await opened(came, MESHES), side);
+  } catch (error) {
+    open();
+    tell("take-state", "error", error.message);
+  }
+}
+
+function takeFiles(files, side) {
+  const { meshes, beside, leftOut } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
   for (const [place, mesh] of Object.entries(meshes)) {
     // What the mesh before it named is not for this one; what came before any mesh is.
     if (chosen[place] !== null) chosen.resources[place] = [];
@@ -63,6 +76,7 @@ async function take(came, side) {
     const kept = chosen.resources[place].filter((file) => place === "both" || !names.has(file.name));
     chosen.resources[place] = [...kept, ...added];
   }
+  if (leftOut.length) tell("take-state", "error", `Left out: ${leftOut.map(({ file, folder }) => folder + file.name).join(", ")}. A job has one source and one reference; drop two meshes at a time.`);
   show();
 }
 
@@ -71,7 +85,7 @@ function open() {
 }
 
 function tell(place, kind, ...content) {
-  byId(place).replaceChildren(h("p", { class: `notice ${kind}` }, ...content));
+  byId(place).replaceChildren(h("p", { class: `notice ${kind}` }, content));
 }
 
 /** Post a form; fetch would not say how much of it has been sent. */
@@ -92,46 +106,95 @@ function post(form, onProgress) {
   });
 }
 
-async function send() {
+/** What is sent of some files, with the options and the label as they are now. */
+function formOf(files) {
   const form = new FormData();
   const wanted = options?.value() ?? {};
-  if (chosen.reference === null) wanted.mode = "audit"; // what the button says; the only mode that needs no reference
+  if (files.reference === null) wanted.mode = "audit"; // what the button says; the only mode that needs no reference
   for (const side of SIDES) {
-    if (chosen[side] === null) continue;
-    form.append(side, chosen[side].file);
-    for (const file of chosen.resources[side]) form.append(`${side}_resources`, file);
+    if (files[side] === null) continue;
+    form.append(side, files[side].file);
+    for (const file of files.resources[side]) form.append(`${side}_resources`, file);
   }
   form.append("options", JSON.stringify(wanted));
-  for (const file of chosen.resources.both) form.append("resources", file);
+  for (const file of files.resources.both) form.append("resources", file);
   const label = byId("submit").elements.label.value.trim();
   if (label) form.append("label", label);
-  const bar = h("progress", { max: 1, value: 0, "aria-label": "upload" });
-  byId("submit-state").replaceChildren(h("p", { class: "hint" }, "Sending …"), bar);
-  return post(form, (share) => { bar.value = share; });
+  return form;
 }
 
+const pairOf = ({ source, reference }) => pairWords({ source: source.file, reference: reference?.file });
+
+const isEmpty = ({ source, reference, resources }) => !source && !reference && !Object.values(resources).flat().length;
+
+async function send(files, form) {
+  const bar = h("progress", { max: 1, value: 0, "aria-label": "upload" });
+  byId("submit-state").replaceChildren(h("p", { class: "hint" }, `Sending ${pairOf(files)} …`), bar);
+  try {
+    return await post(form, (share) => { bar.value = share; });
+  } catch (error) {
+    if (!(error instanceof Problem)) throw await changed(files) ?? error;
+    if (error.status !== 401) throw error;
+    await askForKey();
+    return send(files, form);
+  }
+}
+
+/** Which of the files cannot be read any more: a browser does not tell that from a server that is silent. */
+async function changed({ source, reference, resources }) {
+  const files = [source, reference].filter(Boolean).map(({ file }) => file).concat(...Object.values(resources));
+  for (const file of files) {
+    try {
+      await file.slice(0, 1).arrayBuffer();
+    } catch {
+      return new Error(`${file.name} has changed since it was chosen, or is gone. Choose it again.`);
+    }
+  }
+  return null;
+}
+
+/** Send what was chosen. What is chosen or dropped meanwhile is for another job. */
 async function submit(event) {
   event.preventDefault();
-  byId("send").disabled = true;
+  if (sending) return;
+  let form;
   try {
-    let job;
-    try {
-      job = await send();
-    } catch (error) {
-      if (!(error instanceof Problem) || error.status !== 401) throw error;
-      await askForKey();
-      job = await send();
-    }
-    Object.assign(chosen, { source: null, reference: null, resources: { source: [], reference: [], both: [] } });
-    for (const input of document.querySelectorAll(".slot input")) input.value = "";
-    byId("submit-state").replaceChildren();
-    byId("new-dialog").close();
-    tell("sent", "good", `Accepted: ${pairWords(job)}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job"));
+    form = formOf(chosen);
   } catch (error) {
     tell("submit-state", "error", said(error));
+    return;
+  }
+  const files = { ...chosen };
+  Object.assign(chosen, nothing());
+  sending = true;
+  byId("take-state").replaceChildren();
+  show();
+  try {
+    accepted(await send(files, form));
+  } catch (error) {
+    refused(files, error);
   } finally {
+    sending = false;
     show();
   }
+}
+
+function accepted(job) {
+  const words = () => [`Accepted: ${pairWords(job)}. `, h("a", { href: `/jobs/${job.id}` }, "Watch this job")];
+  tell("sent", "good", ...words());
+  if (isEmpty(chosen)) {
+    byId("submit-state").replaceChildren();
+    byId("new-dialog").close();
+  } else tell("submit-state", "good", ...words());
+}
+
+function refused(files, error) {
+  const takeBack = () => { Object.assign(chosen, files); show(); };
+  if (isEmpty(chosen)) takeBack();
+  // What came meanwhile keeps its place; what was refused is a press away.
+  const back = chosen.source !== files.source && h("button", { type: "button", onclick: (event) => { event.currentTarget.remove(); takeBack(); } }, `Choose ${pairOf(files)} again`);
+  tell("submit-state", "error", said(error), back && " ", back);
+  if (!byId("new-dialog").open) tell("sent", "error", `${pairOf(files)} was not sent: ${said(error)} `, h("button", { type: "button", onclick: open }, "Show it"));
 }
 
 async function showOptions() {
@@ -154,22 +217,33 @@ function startDropping() {
     drop.classList.toggle("over", over);
     byId("veil").hidden = !over || byId("new-dialog").open;
   };
-  for (const kind of ["dragenter", "dragover"]) addEventListener(kind, (event) => { event.preventDefault(); hover(true); });
+  // A link or some text that is dragged goes where it can go without us.
+  const hasFiles = ({ dataTransfer }) => dataTransfer.types.includes("Files");
+  for (const kind of ["dragenter", "dragover"]) {
+    addEventListener(kind, (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      hover(true);
+    });
+  }
   // It goes to nothing when the pointer leaves the window.
   addEventListener("dragleave", (event) => { if (!event.relatedTarget) hover(false); });
-  addEventListener("drop", async (event) => {
+  addEventListener("drop", (event) => {
+    if (!hasFiles(event)) return;
     event.preventDefault();
     hover(false);
-    const side = event.target.closest?.(".slot")?.dataset.slot;
-    const files = await droppedFiles(event.dataTransfer);
-    if (files.length) await take(files, side);
+    take(droppedFiles(event.dataTransfer), event.target.closest?.(".slot")?.dataset.slot);
   });
 }
 
 /** Make the form work; gives the ways to open it. */
 export function startSubmitting() {
   for (const slot of byId("drop").querySelectorAll(".slot")) {
-    slot.querySelector("input").addEventListener("change", (event) => take([...event.target.files].map((file) => ({ file, folder: "" })), slot.dataset.slot));
+    slot.querySelector("input").addEventListener("change", ({ target }) => {
+      const files = [...target.files].map((file) => ({ file, folder: "" }));
+      target.value = "";  // the same file can be chosen again
+      if (files.length) take(files, slot.dataset.slot);
+    });
   }
   startDropping();
   const fillInSample = () => take(samplePair());

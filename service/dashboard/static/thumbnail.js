@@ -31,7 +31,7 @@ const placeholder = () => h("span", { class: "thumb none", "aria-hidden": "true"
 export function thumbnail(job) {
   const link = job.links?.thumbnail;
   if (!link) return placeholder();
-  const image = h("img", { class: "thumb", alt: "", width: "52", height: "52", decoding: "async", loading: "lazy" });
+  const image = h("img", { class: "thumb", alt: "", width: "52", height: "52", decoding: "async", loading: "lazy", draggable: "false" });
   if (key()) {
     image.dataset.link = link;
     arriving.observe(image);
