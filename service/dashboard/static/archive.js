@@ -6,6 +6,22 @@ const LONGEST_END = 22 + 65535;  // bytes: the last record with the longest comm
 const LARGEST = 2 ** 30;  // bytes unpacked; a larger archive is sent as it is
 const [STORED, DEFLATED] = [0, 8];
 
+const CRC = Uint32Array.from({ length: 256 }, (_, start) => {
+  let value = start;
+  for (let bit = 0; bit < 8; bit += 1) value = value & 1 ? 0xedb88320 ^ (value >>> 1) : value >>> 1;
+  return value;
+});
+
+/** The checksum of some content, as archives have it. */
+async function checksum(blob) {
+  const reader = blob.stream().getReader();
+  let crc = -1;
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    for (let at = 0; at < part.value.length; at += 1) crc = CRC[(crc ^ part.value[at]) & 255] ^ (crc >>> 8);
+  }
+  return ~crc >>> 0;
+}
+
 const viewOf = async (blob) => new DataView(await blob.arrayBuffer());
 
 /** The files of an archive; null where it is none, or of a kind that only the service reads. */
@@ -21,7 +37,7 @@ async function entries(file) {
     if (at + 46 > directory.byteLength || directory.getUint32(at, true) !== ENTRY) return null;
     const [nameLength, extraLength, commentLength] = [28, 30, 32].map((offset) => directory.getUint16(at + offset, true));
     const path = new TextDecoder().decode(new Uint8Array(directory.buffer, at + 46, nameLength));
-    found.push({ path, encrypted: directory.getUint16(at + 8, true) & 1, method: directory.getUint16(at + 10, true), packed: directory.getUint32(at + 20, true), size: directory.getUint32(at + 24, true), begin: directory.getUint32(at + 42, true) });
+    found.push({ path, encrypted: directory.getUint16(at + 8, true) & 1, method: directory.getUint16(at + 10, true), crc: directory.getUint32(at + 16, true), packed: directory.getUint32(at + 20, true), size: directory.getUint32(at + 24, true), begin: directory.getUint32(at + 42, true) });
     at += 46 + nameLength + extraLength + commentLength;
   }
   return found.filter(({ path }) => !path.endsWith("/") && !/(^|\/)(__MACOSX\/|\.)/.test(path));
@@ -30,7 +46,9 @@ async function entries(file) {
 /** A file of an archive. Throws, in words for the sender, where the archive is damaged there. */
 async function unpacked(file, entry) {
   const content = await contentOf(file, entry).catch(() => null);
-  if (content?.size !== entry.size) throw new Error(`${file.name} is damaged: ${entry.path} in it cannot be unpacked. Nothing of it was taken; pack it again.`);
+  // What is sent of it has no checksum any more: the service cannot find what is not found here.
+  const whole = content?.size === entry.size && await checksum(content) === entry.crc;
+  if (!whole) throw new Error(`${file.name} is damaged: ${entry.path} in it cannot be unpacked. Nothing of it was taken; pack it again.`);
   return new File([content], entry.path.split("/").at(-1));
 }
 
