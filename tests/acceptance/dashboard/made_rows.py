@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,6 +20,7 @@ _STREAMS = """(() => {
 })()"""
 _TELL = """([stream, change]) => window.streams.at(stream).enqueue(
     new TextEncoder().encode(`event: jobs\\ndata: ${JSON.stringify(change)}\\n\\n`))"""
+_COMING = 60.0  # seconds after which a request comes no more
 _PARTS = ("all", "fail", "failed", "not_tested", "pass", "running", "queued", "canceled")
 
 
@@ -115,5 +117,7 @@ class Held:
 
     def wait(self, page: Page, count: int = 1) -> None:
         """Wait until some have come."""
+        end = time.monotonic() + _COMING
         while len(self.routes) < count:
+            assert time.monotonic() < end, f"{len(self.routes)} of {count} requests have come"
             page.wait_for_timeout(20)
