@@ -3,21 +3,28 @@
 Nothing that is computed depends on it. Forked processes see what their parent has in memory, so
 that nothing large is sent to them. Only on Linux can a process that has loaded numeric libraries
 be relied on to fork; elsewhere the work is done one after the other.
+
+They end with their parent, and as soon as it has no use for them: at an error, at an interrupt, or
+when no more answers are asked for.
 """
 
 from __future__ import annotations
 
 import itertools
 import multiprocessing
+import os
+import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
+from pathlib import Path
 from typing import TypeVar
 
 from meshcone.errors import CrashError
+from meshcone.lifeline import die_with_parent
 
 T = TypeVar("T")
 
@@ -41,7 +48,7 @@ def processes_allowed(count: int) -> Iterator[None]:
         _allowed.reset(token)
 
 
-def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
+def each_of(count: int, work: Callable[[int], T]) -> Generator[T]:
     """Yield ``work(0)``, ``work(1)`` and so on, done in as many processes as are allowed.
 
     Args:
@@ -55,11 +62,12 @@ def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
     if used <= 1:
         yield from map(work, range(count))
         return
+    from meshcone.scratch import scratch  # POSIX alone has what it needs
+
     token = next(_tokens)
     _work[token] = work
     try:
-        forking = multiprocessing.get_context("fork")
-        with ProcessPoolExecutor(used, mp_context=forking) as pool:
+        with scratch() as place, _pool(used, place) as pool:
             for task in [pool.submit(_do, token, index) for index in range(count)]:
                 yield task.result()  # type: ignore[misc]
     except BrokenProcessPool:
@@ -69,6 +77,35 @@ def each_of(count: int, work: Callable[[int], T]) -> Iterator[T]:
         ) from None
     finally:
         del _work[token]
+
+
+@contextmanager
+def _pool(count: int, place: Path | None) -> Iterator[ProcessPoolExecutor]:
+    """Processes that are killed where the body does not come to its end."""
+    forking = multiprocessing.get_context("fork")
+    pool = ProcessPoolExecutor(
+        count, mp_context=forking, initializer=_begin, initargs=(os.getpid(), place)
+    )
+    try:
+        yield pool
+    except BaseException:
+        # The executor itself would wait for all that has begun.
+        begun = list((pool._processes or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in begun:
+            process.kill()
+        raise
+    pool.shutdown()
+
+
+def _begin(parent: int, place: Path | None) -> None:
+    """Make a process of a pool one that its parent rules."""
+    from meshcone.scratch import work_in
+
+    die_with_parent(parent, signal.SIGKILL)
+    # A Ctrl-C in a terminal goes to all; the executor would take it for the answer of a task.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    work_in(place)
 
 
 def _do(token: int, index: int) -> object:

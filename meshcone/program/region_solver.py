@@ -13,6 +13,7 @@ leads out of a region is finished as one program too.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,11 +81,12 @@ def solve_apart(
     positions = np.empty_like(start)
     found: list[list[tuple[Ints, Floats]]] = [[] for _ in families]
     passes, converged = 0, True
-    for region, answer in zip(regions, each_of(len(regions), work), strict=True):
-        positions[region.own] = answer.positions
-        for whole, part in zip(found, answer.multipliers, strict=True):
-            whole.append(part)
-        passes, converged = max(passes, answer.passes), converged and answer.converged
+    with closing(each_of(len(regions), work)) as answers:
+        for region, answer in zip(regions, answers, strict=True):
+            positions[region.own] = answer.positions
+            for whole, part in zip(found, answer.multipliers, strict=True):
+                whole.append(part)
+            passes, converged = max(passes, answer.passes), converged and answer.converged
     multipliers = tuple(
         entry
         for family, parts in zip(families, found, strict=True)

@@ -6,6 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,8 @@ from meshcone.certificate.file import read_certificate
 from meshcone.errors import CrashError, InfeasibleError
 from meshcone.processes import at_once, each_of, processes_allowed
 from tests import shapes
+from tests.integration.waiting import wait_for
+from tests.processes import children_of, has_ended
 
 
 def refined(processes: int, **options: object) -> meshcone.Refined:
@@ -102,3 +107,63 @@ def test_a_process_that_dies_is_an_error_in_words() -> None:
 
     with processes_allowed(2), pytest.raises(CrashError, match="fewer at once"):
         list(each_of(2, die))
+
+
+def test_an_error_ends_the_others_at_once() -> None:
+    def work(index: int) -> None:
+        if index == 0:
+            raise InfeasibleError("number 0 contradicts itself")
+        time.sleep(600)
+
+    before = set(children_of(os.getpid()))
+    with processes_allowed(2), pytest.raises(InfeasibleError):
+        list(each_of(2, work))
+
+    wait_for(lambda: all(map(has_ended, set(children_of(os.getpid())) - before)))
+
+
+def test_nobody_works_on_answers_that_are_not_asked_for() -> None:
+    with processes_allowed(2):
+        answers = each_of(2, lambda index: time.sleep(600 * index) or os.getpid())
+        working = next(answers)
+        answers.close()
+
+    wait_for(lambda: has_ended(working))
+
+
+_PROGRAM = """
+import os, time
+from meshcone.processes import each_of, processes_allowed
+if __name__ == "__main__":
+    with processes_allowed(2):
+        list(each_of(2, lambda _: (os.write(1, b"begun\\n"), time.sleep(600))))
+"""
+
+
+@contextmanager
+def working() -> Iterator[tuple[subprocess.Popen[bytes], list[int]]]:
+    """A program whose two processes work, in a group of its own as in a terminal."""
+    command = [sys.executable, "-c", _PROGRAM]
+    with subprocess.Popen(
+        command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as program:
+        assert program.stdout is not None
+        try:
+            assert [program.stdout.readline() for _ in range(2)] == [b"begun\n"] * 2
+            yield program, children_of(program.pid)
+        finally:
+            program.kill()
+
+
+def test_they_end_with_a_parent_that_is_killed() -> None:
+    with working() as (program, processes):
+        program.kill()
+
+        wait_for(lambda: all(map(has_ended, processes)))
+
+
+def test_an_interrupt_ends_them_and_their_parent() -> None:
+    with working() as (program, processes):
+        os.killpg(program.pid, signal.SIGINT)
+
+        wait_for(lambda: all(map(has_ended, [program.pid, *processes])))

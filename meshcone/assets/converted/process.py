@@ -7,6 +7,7 @@ bounds on memory and time, and die there.
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import os
 import signal
@@ -19,6 +20,7 @@ from meshcone.assets.converted.child import ANSWER, DONE, HEAD, OUT_OF_MEMORY, R
 from meshcone.assets.converted.formats import Converted
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError, InternalError, LimitError
+from meshcone.lifeline import tied_command
 
 _CHILD = Path(__file__).with_name("child.py")
 _UNEXPECTED = 1  # exit code of Python where an exception is not caught
@@ -44,6 +46,7 @@ def convert(
     Raises:
         InputError: the reader is not installed, refuses the file, or crashes over it.
         LimitError: it takes more memory or time than ``limits`` allow.
+        OSError: its temporary files find no room.
     """
     if importlib.util.find_spec(kind.package) is None:
         raise InputError(
@@ -57,7 +60,7 @@ def convert(
         place = None if os.name == "nt" else os.environ.get("TMPDIR", "/tmp")  # noqa: S108
         with tempfile.TemporaryDirectory(dir=place) as scratch:
             run = subprocess.run(  # noqa: S603 - our own interpreter and file
-                [sys.executable, "-I", str(_CHILD), kind.name],
+                tied_command([sys.executable, "-I", str(_CHILD), kind.name], signal.SIGKILL),
                 input=head + data,
                 capture_output=True,
                 cwd=scratch,
@@ -73,6 +76,8 @@ def convert(
         raise _too_large(kind, limits)
     if run.returncode == _UNEXPECTED:
         last = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        if f"[Errno {errno.ENOSPC}]" in last:  # of the disk, which may have room another time
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         raise InternalError(f"the reader of {kind.called} cannot be run here: {last[:200]}")
     if run.returncode or len(run.stdout) < ANSWER.size:
         raise InputError(

@@ -7,6 +7,7 @@ from the size that the image's header declares, and die there.
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from contextlib import suppress
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.pictures.child import ANSWER, DECODED, REQUEST
 from meshcone.assets.pictures.picture import MOST_TEXELS, Picture, UndecodableError
+from meshcone.lifeline import tied_command
 
 _CHILD = Path(__file__).with_name("child.py")
 _CHANNELS = 4
@@ -108,7 +110,7 @@ class PictureDecoder:
 
 def _started() -> subprocess.Popen[bytes]:
     return subprocess.Popen(  # noqa: S603 - our own interpreter and file
-        [sys.executable, "-I", str(_CHILD)],
+        tied_command([sys.executable, "-I", str(_CHILD)], signal.SIGKILL),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

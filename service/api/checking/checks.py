@@ -9,10 +9,10 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any, Self
 
@@ -21,6 +21,7 @@ from anyio import CapacityLimiter, to_thread
 
 from meshcone.errors import InputError, InternalError, LimitError
 from meshcone.options import Options
+from meshcone.scratch import remove_orphans, scratch
 from service.api.checking import process
 from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
@@ -30,7 +31,7 @@ _TURN_SECONDS = 30.0
 _CHECK_SECONDS = 90  # on a machine that has other things to do
 _GRACE = 5.0  # seconds beyond, in which the kernel ends a child that is over its time
 _ATTEMPTS = 2
-_INHERITED = ("PATH", "LANG", "TZ", "VIRTUAL_ENV", "SYSTEMROOT")
+_INHERITED = ("PATH", "TMPDIR", "LANG", "TZ", "VIRTUAL_ENV", "SYSTEMROOT")
 _INHERITED_PREFIXES = ("PYTHON", "LC_", "LD_", "DYLD_", "MESHCONE_LIMIT_")
 
 logger = structlog.get_logger(__name__)
@@ -47,6 +48,10 @@ class MeshFiles:
 
 class _NoAnswerError(Exception):
     """The process ended before it had answered."""
+
+
+class _LateError(Exception):
+    """It did not end in time, whatever it waited for."""
 
 
 class MeshChecks:
@@ -76,6 +81,7 @@ class MeshChecks:
         self._parent = _Parent(settings, check_seconds)
 
     def __enter__(self) -> Self:
+        remove_orphans()
         self._parent.start()
         return self
 
@@ -91,14 +97,14 @@ class MeshChecks:
         """Read the meshes, and check that the source can be written back where it has to be.
 
         Returns:
-            Whether they were read. A process that dies over the files twice says nothing of
-            them: whoever works on them has to find out.
+            Whether they were read. A process that dies over the files twice, or is not done in
+            time, says nothing of them: whoever works on them has to find out.
 
         Raises:
             InputError: a file is no mesh, or names a resource that was not sent.
             LimitError: a file is larger than can be worked on, or takes more memory or
                 processor time than the settings allow for a check.
-            ProblemError: there was no time for it.
+            ProblemError: too many others wait.
         """
         try:
             async with asyncio.timeout(self._turn_seconds):
@@ -114,13 +120,14 @@ class MeshChecks:
 
     def _check(self, source: MeshFiles, reference: MeshFiles | None, options: Options) -> bool:
         for _ in range(_ATTEMPTS):
-            started = time.monotonic()
             try:
-                answer = self._ask(source, reference, options)
+                with scratch() as place:
+                    answer = self._ask(source, reference, options, place)
             except _NoAnswerError:
-                if time.monotonic() - started >= self._check_seconds:
-                    raise _busy("there was no time to check the files; try again") from None
                 logger.warning("a check of meshes ended without an answer")
+            except _LateError:  # the next one would be, too
+                logger.warning("a check of meshes was not done in time")
+                break
             else:
                 self._judge(answer)
                 return True
@@ -129,18 +136,20 @@ class MeshChecks:
         return False
 
     def _ask(
-        self, source: MeshFiles, reference: MeshFiles | None, options: Options
+        self, source: MeshFiles, reference: MeshFiles | None, options: Options, place: Path | None
     ) -> dict[str, Any]:
-        """Have files checked once.
+        """Have files checked once; temporary files go to ``place``.
 
         Raises:
-            _NoAnswerError: the process died, or did not end in time.
+            _NoAnswerError: the process died.
+            _LateError: it did not end in time.
         """
         meshes = {"source": source}
         if reference is not None:
             meshes["reference"] = reference
         request = {
             "options": options.model_dump(mode="json"),
+            "scratch": None if place is None else str(place),
             "meshes": {
                 side: {"name": mesh.name, "resources": list(mesh.resources)}
                 for side, mesh in meshes.items()
@@ -161,12 +170,14 @@ class MeshChecks:
                 answer = b"".join(iter(lambda: ours.recv(65_536), b""))
             except TimeoutError:
                 self._parent.end()  # it hangs, or its child would have been ended by the kernel
-                raise _NoAnswerError from None
+                raise _LateError from None
             except OSError as error:
                 raise _NoAnswerError from error
         if not answer.endswith(b"\n"):
             raise _NoAnswerError
         said: dict[str, Any] = json.loads(answer)
+        if said.get("kind") == process.LATE:
+            raise _LateError
         return said
 
     def _judge(self, answer: dict[str, Any]) -> None:

@@ -17,10 +17,12 @@ import socket
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from types import FrameType
 from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 from meshcone.lifeline import die_with_parent
+from meshcone.scratch import work_in
 from meshcone.threads import use_one_thread
 from worker.run.sandbox import guard_network, limit_resources
 
@@ -32,11 +34,20 @@ if TYPE_CHECKING:
 MORE, LAST = b"+", b"."  # said with file descriptors: whether others follow
 DESCRIPTORS_AT_ONCE = 200  # the kernel takes 253 with one message (unix(7), SCM_RIGHTS)
 _TAKEN, _NO_MORE = b"+", b"."  # said to the parent: whether another child is wanted
-OUT_OF_MEMORY, OUT_OF_TIME = "memory", "time"  # kinds of an answer that no error of a file has
+# Kinds of an answer that no error of a file has.
+OUT_OF_MEMORY, OUT_OF_TIME, LATE = "memory", "time", "late"
 
 
 class _TimeOver(BaseException):
-    """No ``except Exception`` of a reader is to swallow it."""
+    """No ``except Exception`` of a reader is to swallow it.
+
+    It is raised where the child is, so that what the reader has started and written is ended and
+    removed on the way out.
+    """
+
+    def __init__(self, kind: str) -> None:
+        super().__init__(kind)
+        self.kind = kind
 
 
 def main(arguments: list[str]) -> None:
@@ -101,6 +112,7 @@ def _become_child(
         die_with_parent(parent, signal.SIGKILL)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGXCPU, _on_time_over)
+        signal.signal(signal.SIGALRM, _on_time_over)
         limit_resources(
             seconds=processor_seconds,
             memory=memory,
@@ -119,8 +131,8 @@ def _become_child(
         os._exit(0)  # no answer says the rest; the parent's loop is not this process's to go on
 
 
-def _on_time_over(_number: int, _frame: FrameType | None) -> None:
-    raise _TimeOver
+def _on_time_over(number: int, _frame: FrameType | None) -> None:
+    raise _TimeOver(LATE if number == signal.SIGALRM else OUT_OF_TIME)
 
 
 def _received(connection: socket.socket) -> list[int]:
@@ -146,8 +158,8 @@ def _answer(descriptors: list[int]) -> dict[str, Any]:
         }
     except MemoryError:
         return {"kind": OUT_OF_MEMORY}
-    except _TimeOver:
-        return {"kind": OUT_OF_TIME}
+    except _TimeOver as over:
+        return {"kind": over.kind}
     except Exception:  # noqa: BLE001 - a fault of ours: the API logs it
         return {"kind": "internal", "message": traceback.format_exc()}
     return {}
@@ -160,6 +172,7 @@ def _check(descriptors: Iterator[int]) -> None:
 
     request = json.loads(_content(next(descriptors)))
     options = Options.model_validate(request["options"])
+    work_in(None if request["scratch"] is None else Path(request["scratch"]))
     for side, mesh in request["meshes"].items():
         data = _content(next(descriptors))
         resources = {name: _content(next(descriptors)) for name in mesh["resources"]}

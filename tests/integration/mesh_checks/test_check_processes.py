@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from service.api.checking.checks import CHECKS_AT_ONCE, MeshChecks, MeshFiles
 from service.problems import ProblemError
 from service.settings import ServiceSettings
 from tests.integration.mesh_checks.checking import (
+    Keep,
     Pipe,
     begun,
     checked,
@@ -88,15 +90,13 @@ def test_who_waits_too_long_for_others_checks_is_told_when_to_come_again(
     assert checked(portal, checks, mesh, mesh)
 
 
-def test_a_check_that_does_not_end_is_ended_and_others_go_on(
+def test_a_check_that_does_not_end_is_ended_and_its_files_left_to_a_worker(
     portal: BlockingPortal, mesh: MeshFiles, pipe: Pipe
 ) -> None:
     with MeshChecks(ServiceSettings(), check_seconds=1) as checks:
         parent = checks.pid
-        with pytest.raises(ProblemError) as caught:  # nobody writes what it wants to read
-            checked(portal, checks, MeshFiles("p.obj", pipe), mesh)
-
-        assert caught.value.problem.status == 503
+        # Nobody writes what it wants to read.
+        assert checked(portal, checks, MeshFiles("p.obj", pipe), mesh) is False
         # Where it did not fork in time, on a busy machine, it counts as one that hangs.
         wait_for(lambda: not any(pipe.is_at(pid) for pid in children_of(parent)))
     with MeshChecks(ServiceSettings()) as checks:
@@ -112,14 +112,9 @@ def test_a_parent_of_all_checks_that_hangs_is_replaced(
         monkeypatch.setattr(checks, "_check_seconds", 1)
         os.kill(hanging, signal.SIGSTOP)
 
-        def check_twice() -> None:  # the child that waits already takes the first
-            for _ in range(2):
-                checked(portal, checks, mesh, mesh)
-
-        with pytest.raises(ProblemError) as caught:
-            check_twice()
-
-        assert caught.value.problem.status == 503
+        # The child that waits already takes the first.
+        assert checked(portal, checks, mesh, mesh)
+        assert checked(portal, checks, mesh, mesh) is False
         assert has_ended(hanging)
 
 
@@ -150,6 +145,64 @@ def test_a_child_that_is_killed_while_it_waits_is_replaced(
         os.kill(waiting, signal.SIGKILL)
 
     assert checked(portal, checks, mesh, mesh)
+
+
+_CONVERTER = """
+import os, pathlib, resource, time
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+pathlib.Path("scene.usd").write_bytes(b"left")
+pathlib.Path({told!r}).write_text(str(os.getpid()))
+time.sleep(600)
+"""
+
+_REPLACED = """
+import pathlib
+import meshcone.assets.converted.process as process
+process._CHILD = pathlib.Path({child!r})
+"""
+
+
+@pytest.fixture
+def converter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
+    """Has design files converted by a program that does not end; finds its process."""
+    told, child = tmp_path / "told", tmp_path / "child.py"
+    child.write_text(_CONVERTER.format(told=str(told)))
+    (tmp_path / "sitecustomize.py").write_text(_REPLACED.format(child=str(child)))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+
+    def running() -> int:
+        wait_for(lambda: told.exists() and bool(told.read_text()))
+        return int(told.read_text())
+
+    return running
+
+
+def parent_of(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+
+@pytest.mark.parametrize("number", [signal.SIGALRM, signal.SIGKILL])
+def test_a_check_whose_time_is_over_or_that_is_killed_leaves_no_process_and_no_file(
+    portal: BlockingPortal,
+    mesh: MeshFiles,
+    kept: Keep,
+    converter: Callable[[], int],
+    tmp_path: Path,
+    number: signal.Signals,
+) -> None:
+    with MeshChecks(ServiceSettings()) as checks:
+        running = begun(portal, checks, mesh, kept(b"#usda 1.0\n", "a.usda"))
+        first = converter()
+        [place] = tmp_path.glob("meshcone-job-*")
+        assert list(place.rglob("scene.usd"))
+
+        os.kill(parent_of(first), number)
+
+        wait_for(lambda: has_ended(first) and not place.exists())
+        if number == signal.SIGALRM:
+            assert running.result(60) is False
+    running.cancel()
 
 
 _PROGRAM = """

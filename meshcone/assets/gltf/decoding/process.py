@@ -8,6 +8,7 @@ that follow from what the document declares, and die there.
 from __future__ import annotations
 
 import io
+import signal
 import struct
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.gltf.decoding.child import OUT_OF_MEMORY, REFUSED
 from meshcone.errors import InputError, InternalError, LimitError, MeshConeError
+from meshcone.lifeline import tied_command
 
 Decoder = Literal["draco", "meshopt"]
 
@@ -66,7 +68,7 @@ def decode(decoder: Decoder, blobs: Sequence[Blob]) -> list[dict[str, NDArray[An
     lengths = struct.pack(f"<{len(blobs)}Q", *(len(blob.data) for blob in blobs))
     try:
         run = subprocess.run(  # noqa: S603 - our own interpreter and file
-            [sys.executable, "-I", str(_CHILD), decoder],
+            tied_command([sys.executable, "-I", str(_CHILD), decoder], signal.SIGKILL),
             input=b"".join([head, lengths, *(blob.data for blob in blobs)]),
             capture_output=True,
             timeout=2 * seconds,
