@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from math import isinf
+from typing import Any, NoReturn
 
 
 def parse_json(text: str | bytes) -> Any:
@@ -11,13 +12,28 @@ def parse_json(text: str | bytes) -> Any:
 
     Of a name that an object has twice, RFC 8259 (section 4) leaves open which value holds; most
     readers keep the last. A gate that was written twice would lose one of its bounds, so the text
-    is refused.
+    is refused. JSON has no number that is not finite (section 6): Python would read some, and they
+    pass comparisons that every other number fails.
 
     Raises:
-        ValueError: the text is no JSON, or an object in it has a name twice.
+        ValueError: the text is no JSON, an object in it has a name twice, or a number is not
+            finite.
         RecursionError: it is nested too deeply.
     """
-    return json.loads(text, object_pairs_hook=named_once)
+    return json.loads(
+        text, object_pairs_hook=named_once, parse_constant=_no_number, parse_float=_finite
+    )
+
+
+def _no_number(text: str) -> NoReturn:
+    raise NotFiniteError(f"{text} is no number that JSON has")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if isinf(value):
+        raise NotFiniteError(f"{text:.40} is too large for a number")
+    return value
 
 
 def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -32,6 +48,10 @@ def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise DuplicateNameError(name)
         members[name] = value
     return members
+
+
+class NotFiniteError(ValueError):
+    """A number is none, or larger than any that can be reckoned with."""
 
 
 class DuplicateNameError(ValueError):

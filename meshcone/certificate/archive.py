@@ -23,12 +23,21 @@ _SMALL_ARCHIVE, _LARGEST_RATIO = 8 << 20, 200
 _MOST_ARRAYS = 64
 # Level 1 takes a quarter of the time of zlib's default, and of index arrays it leaves as little.
 _LEVEL, _PROBE, _WORTHWHILE = 1, 1 << 15, 0.9
-# What Python's parser raises at text that is no header of an array.
-_UNPARSABLE = (SyntaxError, tokenize.TokenError, MemoryError, TypeError, OverflowError, ValueError)
+# What Python and numpy raise at text that is no header of an array.
+_UNPARSABLE = (
+    SyntaxError,
+    tokenize.TokenError,
+    MemoryError,
+    RecursionError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    OverflowError,
+    ValueError,
+)
 # What zipfile and numpy raise at bytes that are no archive of arrays, or a damaged one.
 _UNREADABLE = (
-    KeyError,
-    ValueError,
+    *_UNPARSABLE,
     OSError,
     EOFError,
     RuntimeError,
@@ -99,13 +108,19 @@ def _arrays(archive: zipfile.ZipFile, most: int) -> dict[str, Any]:
         raise ArchiveError(f"the archive holds {len(entries):,} arrays, at most {_MOST_ARRAYS}")
     seen: set[str] = set()
     for entry in entries:
-        if entry.filename in seen:
+        name = _name(entry)
+        if name in seen:
             raise ArchiveError(
                 f"the archive holds two arrays of the same name, {_shown(entry.filename)}"
             )
-        seen.add(entry.filename)
+        seen.add(name)
         _check_header(archive, entry)
-    return {entry.filename.removesuffix(".npy"): _read(archive, entry) for entry in entries}
+    return {_name(entry): _read(archive, entry) for entry in entries}
+
+
+def _name(entry: zipfile.ZipInfo) -> str:
+    """What the array is called: of a file with the ending and one without it, the same."""
+    return entry.filename.removesuffix(".npy")
 
 
 def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:

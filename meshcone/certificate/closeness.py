@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from meshcone.certificate.checks import Check
-from meshcone.certificate.file import Closeness
+from meshcone.certificate.file import CertificateFile, Closeness
 from meshcone.certificate.intervals import Bounds, WrittenSurface, intervals_check
 from meshcone.errors import InputError, LimitError
 from meshcone.options import Options
@@ -23,7 +23,7 @@ from meshcone.surface import Frame
 
 
 def closeness_checks(
-    report: Report, stored: Closeness | None, pair: Pair, refined: bytes
+    report: Report, certificate: CertificateFile, pair: Pair, refined: bytes
 ) -> Iterator[Check]:
     """Prove how far either surface goes from the other, and hold the report against it.
 
@@ -31,11 +31,11 @@ def closeness_checks(
 
     Args:
         report: whose section ``deviation`` is looked at.
-        stored: the certificate's record.
+        certificate: whose record of leaves is looked at.
         pair: source and reference, the source moved as aligned.
         refined: the refined file.
     """
-    stated = report.deviation
+    stated, stored = report.deviation, certificate.closeness
     if (stated is None) != (stored is None):
         has, has_not = ("report", "certificate") if stored is None else ("certificate", "report")
         words = f"the {has} states how close the surfaces are, the {has_not} does not"
@@ -54,6 +54,18 @@ def closeness_checks(
     yield Check("closeness", True, f"{moved}{within(extra, found.missing, unit)}: {how}")
     if stated is not None:
         yield intervals_check(report, found, surface, pair)
+    elif (fault := _unproven(report, certificate)) is not None:
+        yield Check("deviation", False, fault)
+
+
+def _unproven(report: Report, certificate: CertificateFile) -> str | None:
+    """Why a report without intervals, and a certificate without leaves, are not as they came."""
+    if report.statement is not None:
+        return "the report makes a statement, and has no intervals that it could follow from"
+    first = certificate.document.schema_ == "meshcone.certificate/1"  # which proved none
+    if report.options.deviation.prove and not first:
+        return "the options ask for proven intervals, and neither report nor certificate has them"
+    return None
 
 
 def _proven(surface: WrittenSurface, stored: Closeness) -> Bounds:

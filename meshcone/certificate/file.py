@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from meshcone.certificate.archive import LARGEST_ARCHIVE, ArchiveError, read_arrays, write_arrays
 from meshcone.certificate.division import DivisionRecord
 from meshcone.errors import InputError
+from meshcone.json_text import DuplicateNameError, NotFiniteError, parse_json
 from meshcone.options import Options
 from meshcone.program.answer import FinalProgram
 from meshcone.program.tension import vertex_tension
@@ -186,12 +187,18 @@ def read_certificate(data: bytes, name: str, most: int = LARGEST_ARCHIVE) -> Cer
 
 
 def _certificate(arrays: dict[str, Any]) -> CertificateFile:
+    text = str(_taken(arrays, "document"))
     try:
-        document = CertificateDocument.model_validate_json(str(_taken(arrays, "document")))
+        parse_json(text)  # the model reads over names that are there twice
+        document = CertificateDocument.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"])) or "the whole of it"
         raise ArchiveError(f"its document cannot be used, at {place:.60}") from error
+    except (DuplicateNameError, NotFiniteError) as error:
+        raise ArchiveError(f"its document cannot be used: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise ArchiveError("its document cannot be used, at the whole of it") from error
     certificate = CertificateFile(
         document=document,
         before=_floats(arrays, "before"),

@@ -91,7 +91,8 @@ def _agreement(found: CertificateRecord, claimed: CertificateRecord | None) -> C
         claimed is not None
         and found.model_dump(exclude=_APPROXIMATE) == claimed.model_dump(exclude=_APPROXIMATE)
         and all(
-            abs(now - then) <= _AGREEMENT * (found.tolerance + abs(then))
+            # By the smaller of both: what is infinite would allow anything.
+            abs(now - then) <= _AGREEMENT * (found.tolerance + min(abs(now), abs(then)))
             for now, then in zip(_numbers(found), _numbers(claimed), strict=True)
         )
     )

@@ -58,7 +58,7 @@ def _frame_check(report: Report, pair: Pair) -> Check:
     found, stated = pair.frame_record(), report.frame
     near = _ROUNDING * found.radius
     apart = [abs(a - b) for a, b in zip(found.centre, stated.centre, strict=True)]
-    ok = max(*apart, abs(found.radius - stated.radius)) <= near
+    ok = all(each <= near for each in (*apart, abs(found.radius - stated.radius)))
     words = f"the radius of the reference is {found.radius:.6g}, the report states "
     words += "it and the centre" if ok else f"{stated.radius:.6g}, or another centre"
     return Check("frame", ok, words)

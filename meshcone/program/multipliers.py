@@ -76,7 +76,9 @@ def active_cones(
     families: Sequence[ConeFamily], multipliers: Sequence[Multipliers]
 ) -> dict[str, int]:
     """Count the cones with a multiplier, by kind; kinds without any are listed with 0."""
-    largest = max((float(np.abs(entry.values).max()) for entry in multipliers), default=0.0)
+    # A certificate may name a kind without any of its cones.
+    sizes = (float(np.abs(entry.values).max(initial=0.0)) for entry in multipliers)
+    largest = max(sizes, default=0.0)
     active = {family.kind: 0 for family in families}
     for entry in multipliers:
         norms = row_lengths(entry.values)

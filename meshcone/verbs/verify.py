@@ -8,7 +8,6 @@ it does not, is in ``docs/certificate.md``. :mod:`meshcone.verbs.replay` solves 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -33,6 +32,7 @@ from meshcone.certificate.stated import files_checks, within_checks
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
+from meshcone.json_text import DuplicateNameError, NotFiniteError, parse_json
 from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import FinalProgram
@@ -49,6 +49,8 @@ def read_report(data: bytes, name: str) -> Report:
     """
     try:
         return parse_report(data)
+    except (DuplicateNameError, NotFiniteError) as error:
+        raise InputError(f"this is not a MeshCone report: {error}", file=name) from None
     except (ValueError, RecursionError):
         raise InputError(f"this is not a MeshCone report{_what_it_is(data)}", file=name) from None
 
@@ -56,7 +58,7 @@ def read_report(data: bytes, name: str) -> Report:
 def _what_it_is(data: bytes) -> str:
     """Say what a document claims to be, if it claims anything."""
     try:
-        document = json.loads(data)
+        document = parse_json(data)
     except (ValueError, RecursionError):
         return ""
     schema = document.get("schema") if isinstance(document, dict) else None
@@ -107,7 +109,7 @@ def verify(
     except (InputError, LimitError) as error:
         return Verification((*checks, Check("division", False, str(error))))
     checks += division
-    closeness = closeness_checks(report, stored.closeness, pair, refined.data)
+    closeness = closeness_checks(report, stored, pair, refined.data)
     if round_index is None:
         answer = _check_kept(report, pair, refined)
     else:

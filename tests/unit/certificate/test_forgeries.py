@@ -210,6 +210,13 @@ def test_numbers_too_large_to_reckon_with_fail(honest: Evidence, array: str, siz
     assert failures(honest.with_certificate(**{array: numbers}))
 
 
+def test_a_kind_of_cones_without_any_of_them_fails(honest: Evidence) -> None:
+    none = {"edge_cap": (np.empty(0, dtype=np.int64), np.empty((0, 4)))}
+
+    assert honest.certificate.multipliers == {}
+    assert failures(honest.with_certificate(multipliers=none)).keys() == {"report"}
+
+
 def test_source_and_reference_in_each_other_s_place_fail(honest: Evidence) -> None:
     swapped = replace(honest, source=honest.reference, reference=honest.source)
 

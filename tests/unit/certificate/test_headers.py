@@ -48,6 +48,12 @@ LYING = {
     "a header of 60 kB": array(declared("(1, 3)") + " " * 60_000, bytes(24)),
     "a header that nests": array("-" * 9000 + "1"),
     "a header that is no Python": array("{'descr': ("),
+    "nothing by more than anything": array(declared(f"(0, {10**28})")),
+    "a type of nothing": array("{'descr': (), 'fortran_order': False, 'shape': (0,), }"),
+    "a type of halves": array("{'descr': [5], 'fortran_order': False, 'shape': (0,), }"),
+    "text without a letter": array(declared("(100000000000000,)", "<U0")),
+    "more dimensions than there can be": array(declared(f"({100 * '0,'})")),
+    "names that are numbers": array("{1: 2, 'descr': '<f8'}"),
     "a header of the second version": array(declared("(1, 3)"), bytes(24), b"\x02\x00"),
     "40 MB of zeros": array(declared("(5000000,)"), bytes(40_000_000)),
 }
@@ -98,3 +104,10 @@ def test_two_arrays_of_one_name_are_refused() -> None:
         read_certificate(data, "certificate.npz")
 
     assert "same name" in str(refused.value.__cause__)
+
+
+def test_an_array_is_not_there_with_and_without_the_ending_of_its_name() -> None:
+    entry = array(declared("(0, 3)"))
+
+    with pytest.raises(InputError, match="two arrays of the same name, 'before'"):
+        read_certificate(archive((_BEFORE, entry), ("before", entry)), "certificate.npz")

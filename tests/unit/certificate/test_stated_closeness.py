@@ -126,3 +126,33 @@ def test_a_statement_that_says_more_than_is_proven_fails(honest: Evidence) -> No
     found = check(honest.with_report(statement=words), "deviation")
 
     assert found.words == "the report's statement is not what its intervals say"
+
+
+def without_a_proof(evidence: Evidence, **stated: object) -> Evidence:
+    """The leaves and the section are taken away from certificate and report."""
+    return evidence.with_certificate(closeness=None).with_report(deviation=None, **stated)
+
+
+def test_a_statement_without_intervals_fails(honest: Evidence) -> None:
+    words = "every point within 1e-09 units of the reference (proven)"
+    unproven = honest.report.options.deviation.model_copy(update={"prove": False})
+    options = honest.report.options.model_copy(update={"deviation": unproven})
+
+    forged = without_a_proof(honest.with_options(options), statement=words)
+
+    found = check(forged, "deviation")
+    assert not found.ok
+    assert found.words.startswith("the report makes a statement, and has no intervals")
+
+
+def test_intervals_that_the_options_ask_for_and_nothing_has_fail(honest: Evidence) -> None:
+    found = check(without_a_proof(honest, statement=None), "deviation")
+
+    assert not found.ok
+    assert found.words.startswith("the options ask for proven intervals")
+
+
+def test_a_certificate_of_the_first_version_has_no_intervals(honest: Evidence) -> None:
+    first = honest.with_document(schema_="meshcone.certificate/1")
+
+    assert without_a_proof(first, statement=None).failed() == set()
