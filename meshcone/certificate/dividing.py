@@ -9,7 +9,9 @@ from meshcone.certificate.attributes import attributes_check
 from meshcone.certificate.checks import Check
 from meshcone.certificate.division import DivisionRecord
 from meshcone.certificate.rewriting import require_same_structure
+from meshcone.detail.records import DetailRecord
 from meshcone.errors import InputError
+from meshcone.options.detail import DetailOptions
 from meshcone.pair import Pair
 from meshcone.report.report import Report
 
@@ -34,8 +36,8 @@ def divide(
     """
     told = report.detail
     if stored is None:
-        if told is not None and (told.divided or told.faces_after != told.faces_before):
-            raise InputError("the report states that faces were divided, the certificate does not")
+        if told is not None:
+            _require_undivided(told, report.options.detail, len(pair.source_asset.faces))
         return pair, []
     subdivision = stored.checked(pair.source_asset.faces, pair.source_asset.charts)
     swapped = int(np.count_nonzero(subdivision.swapped))
@@ -47,6 +49,7 @@ def divide(
         *(told.divided, told.swapped),
     ):
         raise InputError("the report states other numbers of faces than the division has")
+    _require_allowed(told, report.options.detail)
     written = pair.read_patched(refined)
     expected = len(pair.source_asset.triangles) + len(subdivision.parents) - subdivision.sources
     if len(written.triangles) != expected:  # nothing is written that large for a forger
@@ -70,6 +73,24 @@ def divide(
         )
     attributes = attributes_check(pair.source_asset, _unmoved(divided, written), subdivision)
     return divided, [Check("division", True, words), attributes]
+
+
+def _require_undivided(told: DetailRecord, asked: DetailOptions, faces: int) -> None:
+    """Check what is said of added faces where the certificate has none."""
+    if told.divided or told.swapped or told.faces_after != told.faces_before:
+        raise InputError("the report states that faces were divided, the certificate does not")
+    if told.faces_before != faces:
+        words = f"the source has {faces:,} faces with area, the report states {told.faces_before:,}"
+        raise InputError(words)
+    _require_allowed(told, asked)
+
+
+def _require_allowed(told: DetailRecord, asked: DetailOptions) -> None:
+    allowed = asked.faces_allowed(told.faces_before)
+    if told.faces_allowed != allowed or not asked.wanted:
+        raise InputError(
+            f"the options allow {allowed:,} faces, the report states {told.faces_allowed:,}"
+        )
 
 
 def _unmoved(pair: Pair, written: Asset) -> Asset:

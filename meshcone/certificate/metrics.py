@@ -13,7 +13,8 @@ from meshcone.surface import Mesh
 _AGREEMENT = 0.05
 _ROUNDING = 1e-7
 _LEFT_OUT = (
-    "every other metric, outcome, colours, audits, changes, gates, warnings and times: not checked"
+    "every other metric, outcome, colours, audits, changes, gates, warnings, what was not "
+    "examined, and times: not checked"
 )
 
 

@@ -64,6 +64,28 @@ def _frame_check(report: Report, pair: Pair) -> Check:
     return Check("frame", ok, words)
 
 
+def solver_check(report: Report) -> Check:
+    """Hold what the report says of its program against the options, and its sums against rounds."""
+    stated, options = report.solver, report.options
+    asked = [record.info for record in stated.rounds if record.info is not None]
+    last = stated.rounds[-1].info if stated.rounds else None
+    centroid = options.formulation == "centroid"
+    found = {
+        "formulation": options.formulation,
+        "form": options.centroid.form if centroid else "reduced",
+        "effort": options.effort,
+        "solved": all(info.solved for info in asked),
+        "confirmed": last is not None and last.solved,
+        "iterations": sum(info.iterations for info in asked),
+    }
+    for name, value in found.items():
+        if (told := getattr(stated, name)) != value:
+            words = f"'{name}' is {value} by the options and rounds, the report states {told}"
+            return Check("solver", False, words)
+    words = "formulation, form and effort are those of the options, and sums those of the rounds; "
+    return Check("solver", True, words + "the rounds themselves: not checked")
+
+
 def within_checks(report: Report, pair: Pair) -> Iterator[Check]:
     """Hold what the report says of a tolerance against its intervals, which are checked apart.
 
@@ -73,6 +95,9 @@ def within_checks(report: Report, pair: Pair) -> Iterator[Check]:
     """
     stated = report.within
     if stated is None:
+        if WITHIN_GATE in report.options.gates:
+            words = f"there is a gate on '{WITHIN_GATE}', and the report states no tolerance; "
+            yield Check("within", True, words + "whether one was asked for: not checked")
         return
     try:
         fault = _not_reached_so(report, stated, pair)

@@ -28,7 +28,7 @@ from meshcone.certificate.road import (
     road_check,
 )
 from meshcone.certificate.settings import settings_check
-from meshcone.certificate.stated import files_checks, within_checks
+from meshcone.certificate.stated import files_checks, solver_check, within_checks
 from meshcone.errors import InputError, LimitError
 from meshcone.files import MeshFile
 from meshcone.formulation import CentroidFormulation, SurfaceFormulation, formulate
@@ -97,6 +97,7 @@ def verify(
     checks = [
         *identity_checks(report, stored.document, source, reference, refined),
         *files_checks(report, pair, refined),
+        solver_check(report),
         settings_check(report.options, ranges=round_index is not None),
     ]
     try:

@@ -17,7 +17,10 @@ class DistanceInterval(_Record):
     """
 
     lower: float = Field(description="the point `at` is at least this far away")
-    upper: float = Field(description="no point of any triangle is farther")
+    upper: float = Field(
+        description="no point of any triangle is farther; those with two corners at one place "
+        "have no area and are left out"
+    )
     width: float = Field(description="upper minus lower")
     lower_model: float = Field(description="the lower end in model units")
     upper_model: float = Field(description="the upper end in model units, rounded up")

@@ -309,8 +309,9 @@ def test_a_polygon_that_is_split_otherwise_where_it_was_moved_to_is_compared_too
     refined = divided.source_asset.patched(dented).replace(b"vt 1 1\n", texture)
     again = divided.read_patched(refined)
     assert not np.array_equal(again.triangles, divided.source_asset.triangles)
+    most = options.detail.faces_allowed(3)
     told = DetailRecord(
-        faces_before=3, faces_after=4, faces_allowed=4, divided=1, levels=1, stopped="budget"
+        faces_before=3, faces_after=4, faces_allowed=most, divided=1, levels=1, stopped="budget"
     )
     report = honest.report.model_copy(update={"detail": told})
     _, checks = divide(pair, DivisionRecord.of(halves), report, refined)
@@ -345,8 +346,9 @@ def test_a_new_vertex_that_falls_on_one_that_is_there_is_that_one(honest: Eviden
     divided = pair.divided(division, options)
     assert len(divided.source.faces) == 4  # those that are left of the narrow one have no area
     assert len(divided.source.vertices) == 5
+    most = options.detail.faces_allowed(4)
     told = DetailRecord(
-        faces_before=4, faces_after=6, faces_allowed=6, divided=2, levels=1, stopped="budget"
+        faces_before=4, faces_after=6, faces_allowed=most, divided=2, levels=1, stopped="budget"
     )
     report = honest.report.model_copy(update={"detail": told})
     refined = divided.source_asset.patched(divided.source_asset.vertices * 1.5)
