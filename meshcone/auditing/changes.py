@@ -39,6 +39,7 @@ from meshcone.auditing.records.changes import (
     ChangeKind,
     Changes,
 )
+from meshcone.auditing.variants import variant_names
 from meshcone.surface.arrays import Floats
 
 _SHOWN = 80  # characters of a name
@@ -89,6 +90,7 @@ def _differences(reference: Asset, source: Asset, moved: Floats | None) -> Itera
     painted = held[0].painted, held[1].painted
     yield from _otherwise("meshes", "has its materials elsewhere", *painted)
     yield from _described("materials", *both(materials), can_be_renamed=True)
+    yield from _listed("materials", *both(variant_names))
     yield from _listed("libraries", *both(lambda content: content.libraries))
     yield from _listed("images", *both(images))
     yield from _carried("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")), held)

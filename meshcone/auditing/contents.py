@@ -18,6 +18,7 @@ from meshcone.assets.content import (
     Content,
     Fitting,
     Material,
+    Mesh,
     TextureUse,
     target_called,
 )
@@ -26,6 +27,7 @@ from meshcone.auditing.hanging import reached
 from meshcone.auditing.layout import Layout, layouts
 from meshcone.auditing.parts import DEFAULT, Parts
 from meshcone.auditing.tracks import Track
+from meshcone.auditing.variants import variants_of
 
 _PLACED_ALIKE = 1e-6  # of a matrix's largest entry
 # Of the diagonal of what a node draws: more than quantising to 12 bits moves any corner.
@@ -145,8 +147,15 @@ def meshes(content: Content) -> dict[str, Fact]:
     for mesh in content.meshes:
         numbers = {primitive.material for primitive in mesh.primitives}
         used = {DEFAULT if number is None else called[number] for number in numbers}
-        facts.append(Fact({"materials": ", ".join(sorted(used))}))
+        varied = variants_of(mesh, called, DEFAULT)
+        facts.append(Fact({"materials": ", ".join(sorted(used)), **_undrawn(mesh), **varied}))
     return dict(zip(_keys([mesh.name for mesh in content.meshes]), facts, strict=True))
+
+
+def _undrawn(mesh: Mesh) -> dict[str, str]:
+    """What of a mesh is not of its surface."""
+    modes = sorted({each.mode.split()[0].rstrip("s") for each in mesh.primitives})
+    return {f"{mode}s": "some" for mode in modes if mode in ("point", "line")}
 
 
 def materials(content: Content) -> dict[str, Fact]:
@@ -277,7 +286,8 @@ def _material(material: Material, digests: Sequence[str]) -> Fact:
 
 def _use(use: TextureUse, digests: Sequence[str]) -> str:
     image = "no image" if use.image is None else f"image {digests[use.image]}"
-    told = [image, f"set {use.uv_set}", f"wrap {'/'.join(use.wrap)}"]
+    others = [f"{name} image {digests[number]}" for name, number in use.others]
+    told = [image, *others, f"set {use.uv_set}", f"wrap {'/'.join(use.wrap)}"]
     if (use.offset, use.rotation, use.scale) != ((0.0, 0.0), 0.0, (1.0, 1.0)):
         told.append(f"transform {_numbers([*use.offset, use.rotation, *use.scale])}")
     if use.nearest:

@@ -65,6 +65,7 @@ class TextureUse:
         nearest: whether it is magnified without interpolation.
         offset, rotation, scale: KHR_texture_transform, radians.
         strength: the scale of a normal map or the strength of occlusion; else 1.
+        others: further images it names for those who can read them: extension and index.
     """
 
     slot: str
@@ -76,6 +77,7 @@ class TextureUse:
     rotation: float = 0.0
     scale: tuple[float, float] = (1.0, 1.0)
     strength: float = 1.0
+    others: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class Material:
         emissive: linear RGB.
         textures: those bound to it, in the order of the file.
         extensions: names of the extensions it uses.
-        parameters: what the extensions say besides textures: ``EXTENSION member`` and value.
+        parameters: what is said besides, of extensions ``EXTENSION member`` and value.
         defined: whether the file, or a library sent with it, says what it looks like.
     """
 
@@ -149,6 +151,7 @@ class Primitive:
         attributes: their names, in glTF's words (``TEXCOORD_0``).
         targets: how many morph targets it has.
         gpu_bytes: attributes and indices as stored, without morph targets.
+        variants: what it has in the file's variants: the variant's name and a material's index.
     """
 
     material: int | None
@@ -157,6 +160,7 @@ class Primitive:
     attributes: tuple[str, ...]
     targets: int = 0
     gpu_bytes: int = 0
+    variants: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -293,6 +297,7 @@ class Content:
         extensions_used, extensions_required: as listed.
         buffer_bytes: bytes of all buffers, images in them included.
         extras: places of data of the author's own, and the SHA-256 of each.
+        variants: names of the variants of materials (KHR_materials_variants).
         libraries: material libraries that an OBJ names, and whether each was sent.
         faults: what was malformed and read as if it were not there.
     """
@@ -313,6 +318,7 @@ class Content:
     extensions_required: tuple[str, ...] = ()
     buffer_bytes: int = 0
     extras: Mapping[str, str] = field(default_factory=dict)
+    variants: tuple[str, ...] = ()
     libraries: Mapping[str, bool] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
 

@@ -31,6 +31,7 @@ _MODES = ("points", "lines", "line loop", "line strip", "triangles", "strip", "f
 _TRIANGLES = 4
 _CORNER_ATTRIBUTES = ("NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_")
 _LIGHTS = "KHR_lights_punctual"
+_VARIANTS = "KHR_materials_variants"
 _SAID_OF_NODES = (_LIGHTS, VISIBILITY)  # by members of their own
 _WITH_EXTRAS = (
     "scenes",
@@ -86,6 +87,7 @@ class _Reader:
             extensions_required=tuple(root.texts("extensionsRequired")),
             buffer_bytes=sum(each.integer("byteLength") or 0 for each in root.children("buffers")),
             extras=dict(self._extras()),
+            variants=self._variants,
             faults=self._faults.found(),
         )
 
@@ -101,6 +103,11 @@ class _Reader:
     def _lights(self) -> list[Lenient]:
         extension = self._root.extension(_LIGHTS)
         return extension.children("lights") if extension else []
+
+    @cached_property
+    def _variants(self) -> tuple[str, ...]:
+        extension = self._root.extension(_VARIANTS)
+        return tuple(each.name for each in extension.children("variants")) if extension else ()
 
     @cached_property
     def _counts(self) -> dict[str, int]:
@@ -168,7 +175,16 @@ class _Reader:
             attributes=tuple(sorted(attributes.members())) if attributes else (),
             targets=len(primitive.children("targets")),
             gpu_bytes=self._stored_bytes(primitive, attributes),
+            variants=tuple(self._mapped(primitive)),
         )
+
+    def _mapped(self, primitive: Lenient) -> Iterator[tuple[str, int]]:
+        extension = primitive.extension(_VARIANTS)
+        for mapping in extension.children("mappings") if extension else ():
+            material = mapping.reference("material", self._counts["materials"], "material")
+            for number in mapping.references("variants", len(self._variants), "variant"):
+                if material is not None:
+                    yield self._variants[number], material
 
     def _stored_bytes(self, primitive: Lenient, attributes: Lenient | None) -> int:
         named = [(attributes, name) for name in attributes.members()] if attributes else []

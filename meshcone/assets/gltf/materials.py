@@ -101,9 +101,10 @@ class MaterialReader:
         uv_set = transform.integer("texCoord")
         if uv_set is None:
             uv_set = info.integer("texCoord") or 0
+        images = list(self._images_of(texture))
         return TextureUse(
             slot=slot,
-            image=self._image_of(texture),
+            image=images[0][1] if images else None,
             uv_set=uv_set,
             wrap=(_wrap(sampler, "wrapS"), _wrap(sampler, "wrapT")),
             nearest=sampler.integer("magFilter") == _NEAREST,
@@ -111,15 +112,16 @@ class MaterialReader:
             rotation=transform.number("rotation", 0.0),
             scale=(scale[0], scale[1]),
             strength=info.number("scale" if slot.lower().endswith("normal") else "strength", 1.0),
+            others=tuple(images[1:]),
         )
 
-    def _image_of(self, texture: Lenient) -> int | None:
-        """The image for those who know no extension, or else the first of another's."""
-        for holder in (texture, *map(texture.extension, _IMAGE_EXTENSIONS)):
+    def _images_of(self, texture: Lenient) -> Iterator[tuple[str, int]]:
+        """The image for those who know no extension, then those of extensions, with their names."""
+        holders = [(name, texture.extension(name)) for name in _IMAGE_EXTENSIONS]
+        for name, holder in (("", texture), *holders):
             found = holder.reference("source", len(self._images), "image") if holder else None
             if found is not None:
-                return found
-        return None
+                yield name, found
 
 
 def _image(image: Lenient, accessors: Accessors) -> Image:

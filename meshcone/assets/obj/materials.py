@@ -7,6 +7,7 @@ are taken as sRGB, as viewers show them; so are those of textures.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -52,6 +53,10 @@ _OPTIONS = {
 }
 _VECTOR_OPTIONS = (b"-o", b"-s", b"-t")
 _MOST_NUMBERS = 3
+# Statements that are kept to be compared.
+_MOST_PARAMETERS, _LETTERS, _MOST_TOLD = 100, 40, 80
+_ROUNDING = 5  # decimals that exporters keep of a factor
+_SPELLED = {key.lower().encode(): key for key in ("Ka", "Kd", "Ke", "Ks", "Ni", "Ns", "Tf")}
 _LINE = re.compile(rb"[^\r\n]+")
 
 
@@ -66,6 +71,7 @@ class _Draft:
     roughness: float = 1.0
     emissive: tuple[float, ...] = (0.0, 0.0, 0.0)
     textures: list[TextureUse] = field(default_factory=list)
+    parameters: dict[str, str] = field(default_factory=dict)
 
     def finished(self) -> Material:
         red, green, blue = to_linear(np.array(self.color)).tolist()
@@ -80,7 +86,13 @@ class _Draft:
             alpha_mode="BLEND" if see_through else "OPAQUE",
             double_sided=True,
             textures=tuple(self.textures),
+            parameters=tuple(sorted(self.parameters.items())),
         )
+
+    def say(self, statement: str, words: list[bytes]) -> None:
+        """Keep a statement that nothing here is made of, to be compared with another file's."""
+        if len(self.parameters) < _MOST_PARAMETERS:
+            self.parameters[statement[:_LETTERS]] = _told(words)
 
 
 class LibraryReader:
@@ -135,17 +147,21 @@ class LibraryReader:
 
     def _take(self, draft: _Draft, key: bytes, words: list[bytes], place: str) -> None:
         if key in _SLOTS:
-            draft.textures.append(self._texture(_SLOTS[key], words))
-        elif key in (b"kd", b"ke"):
+            draft.textures.append(self._texture(draft, _SLOTS[key], words))
+        elif key in (b"kd", b"ke") and words[:1] not in ([b"spectral"], [b"xyz"]):
             color = self._numbers_of(words, place)
             if color and key == b"kd":
                 draft.color = color if len(color) == 3 else (color[0],) * 3
             elif color:
                 draft.emissive = color if len(color) == 3 else (color[0],) * 3
         elif key in (b"d", b"tr", b"pr", b"pm"):
+            if b"-halo" in words:
+                draft.say("d -halo", [b"on"])
             value = self._numbers_of([word for word in words if word != b"-halo"], place)
             if value:
                 self._set(draft, key, value[0])
+        elif not key.startswith(b"#"):
+            draft.say(_SPELLED.get(key, key.decode("utf-8", "replace")), words)
 
     def _set(self, draft: _Draft, key: bytes, value: float) -> None:
         if key in (b"d", b"tr"):
@@ -156,9 +172,7 @@ class LibraryReader:
             draft.metallic = value
 
     def _numbers_of(self, words: list[bytes], place: str) -> tuple[float, ...] | None:
-        """One or three numbers; spectra and CIE colours, which no viewer reads, are none."""
-        if words and words[0] in (b"spectral", b"xyz"):
-            return None
+        """One or three numbers."""
         values = [parse_number(word) for word in words[:3]]
         found = tuple(value for value in values if value is not None)
         if len(found) == len(values) and len(found) in (1, 3):
@@ -166,7 +180,7 @@ class LibraryReader:
         self._faults.note(place, f"expected numbers, found '{shown(b' '.join(words))}'")
         return None
 
-    def _texture(self, slot: str, words: list[bytes]) -> TextureUse:
+    def _texture(self, draft: _Draft, slot: str, words: list[bytes]) -> TextureUse:
         rest = list(words)
         vectors = {b"-o": [0.0, 0.0], b"-s": [1.0, 1.0]}
         wrap: Wrap = "repeat"
@@ -174,10 +188,16 @@ class LibraryReader:
             option = rest.pop(0).lower()
             taken = _OPTIONS.get(option) or _count_numbers(rest)
             values, rest = rest[:taken], rest[taken:]
-            if option == b"-clamp" and values == [b"on"]:
-                wrap = "clamp"
-            for axis, word in enumerate(values[:2] if option in vectors else ()):
-                vectors[option][axis] = parse_number(word) or 0.0
+            if option == b"-clamp":
+                wrap = "clamp" if values == [b"on"] else "repeat"
+            elif option not in vectors:
+                draft.say(f"{slot} texture {option.decode()}", values)
+            else:
+                left_out = 1.0 if option == b"-s" else 0.0
+                stated = [parse_number(word) or 0.0 for word in values]
+                vectors[option] = [*stated, left_out, left_out][:2]
+                if stated[2:] not in ([], [left_out]):
+                    draft.say(f"{slot} texture {option.decode()} along w", values[2:])
         name = b" ".join(rest).decode("utf-8", "replace")
         return TextureUse(
             slot=slot,
@@ -218,6 +238,18 @@ def named_images(data: bytes) -> Iterator[str]:
         yield image.name
         if "#" in image.name:
             yield image.name.partition("#")[0].rstrip()
+
+
+def _told(words: list[bytes]) -> str:
+    """What a statement says, numbers as exporters agree on them."""
+    numbers = map(parse_number, words)
+    told = " ".join(
+        word.decode("utf-8", "replace") if number is None else f"{round(number, _ROUNDING) + 0.0:g}"
+        for word, number in zip(words, numbers, strict=True)
+    )
+    if len(told) <= _MOST_TOLD:
+        return told
+    return f"{told[:_MOST_TOLD]}… {hashlib.sha256(told.encode()).hexdigest()[:12]}"
 
 
 def _count_numbers(words: list[bytes]) -> int:
