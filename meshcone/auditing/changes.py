@@ -63,7 +63,11 @@ def changes_between(reference: Asset, source: Asset, moved: Floats | None = None
         counts[change.kind][change.what] += 1
         if len(rows) < ROWS_KEPT:
             rows.append(change)
-    found = {kind: ChangeCounts.model_validate(dict(counts[kind])) for kind in kinds}
+    told: dict[ChangeKind, dict[str, int | None]] = {kind: {**counts[kind]} for kind in kinds}
+    for open_kind, what in _open(reference.content(), source.content()):
+        if not counts[open_kind][what]:
+            told[open_kind][what] = None
+    found = {kind: ChangeCounts.model_validate(told[kind]) for kind in kinds}
     return Changes.model_validate({**found, "rows": rows})
 
 
@@ -108,6 +112,17 @@ def _differences(reference: Asset, source: Asset, moved: Floats | None) -> Itera
     yield from _listed("extensions", *both(lambda content: named(content.extensions_used)))
     extras = both(lambda content: {place: Fact({"data": d}) for place, d in content.extras.items()})
     yield from _described("extras", *extras)
+
+
+def _open(reference: Content, source: Content) -> Iterator[tuple[ChangeKind, str]]:
+    """What could not be compared, because what both files name was sent with neither."""
+    lacks = [{each.name for each in c.images if each.data is None} for c in (reference, source)]
+    libraries = (reference.libraries, source.libraries)
+    unsent = [{name for name, sent in each.items() if not sent} for each in libraries]
+    if lacks[0] & lacks[1]:
+        yield from (("lost", "images"), ("added", "images"))
+    if lacks[0] & lacks[1] or unsent[0] & unsent[1]:
+        yield "altered", "materials"
 
 
 def _listed(what: str, reference: Mapping[str, T], source: Mapping[str, T]) -> Iterator[Change]:

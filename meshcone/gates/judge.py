@@ -58,7 +58,9 @@ def _check(
 ) -> GateCheck:
     found = find(report, key)
     if found is None or found.value is None:
-        finding = _Finding(None, None, "not_tested", f"{name_of(key)}: {_why_open(report, found)}")
+        finding = _Finding(
+            None, None, "not_tested", f"{name_of(key)}: {_why_open(report, key, found)}"
+        )
     elif isinstance(found.value, bool | str | tuple):
         finding = _compare_words(key, found.value, bound, allowed)
     else:
@@ -93,11 +95,14 @@ class _Finding:
     position: tuple[float, float, float] | None = None
 
 
-def _why_open(report: AnyReport, found: Found | None) -> str:
+def _why_open(report: AnyReport, key: str, found: Found | None) -> str:
     if found is None and report.inputs.reference is None:
         return "not tested, because there is no reference to compare with"
     if found is None:
         return "not tested, because the report has no such section"
+    if key.startswith("changes."):
+        one = "an image" if key.endswith(".images") else "an image or a material library"
+        return f"not tested, because {one} that both files name was not sent"
     return "not tested"
 
 

@@ -112,6 +112,6 @@ def _changes(changes: Changes) -> Iterator[str]:
     for row in changes.rows[:_ROWS_SHOWN]:
         yield f"{row.kind:<11} {row.words}"
     counts = (changes.lost, changes.added, changes.renamed, changes.moved, changes.altered)
-    more = sum(sum(dict(each).values()) for each in counts) - _ROWS_SHOWN
+    more = sum(count or 0 for each in counts for count in dict(each).values()) - _ROWS_SHOWN
     if more > 0:
         yield f"{'':<11} and {more:,} more: --json lists them"

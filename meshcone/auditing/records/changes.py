@@ -31,9 +31,17 @@ class ChangeCounts(Section):
     scenes: int = Field(0, description="scenes")
     nodes: int = Field(0, description="nodes, with where they are and what is at them")
     meshes: int = Field(0, description="meshes, with the materials they have and where")
-    materials: int = Field(0, description="materials, with their factors and textures")
+    materials: int | None = Field(
+        0,
+        description="materials, with their factors and textures; null: not tested, because an "
+        "image or a library that both files name was not sent",
+    )
     libraries: int = Field(0, description="material libraries of an OBJ")
-    images: int = Field(0, description="images, by their content")
+    images: int | None = Field(
+        0,
+        description="images, by their content; null: not tested, because one that both files name "
+        "was not sent",
+    )
     uv_sets: int = Field(0, description="sets of texture coordinates, per mesh")
     color_sets: int = Field(0, description="sets of vertex colours, per mesh")
     attributes: int = Field(0, description="other attributes of vertices, per mesh")

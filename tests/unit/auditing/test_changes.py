@@ -433,3 +433,29 @@ def test_points_that_a_mesh_lost_alter_it() -> None:
     assert changes.rows[0].words == (
         "mesh 'squares' differs in points: none; the reference has some"
     )
+
+
+def test_an_image_that_neither_file_was_sent_with_is_not_compared() -> None:
+    document = whole()
+    document.json["images"][0] = {"uri": "wood.png"}
+
+    changes = changes_between(asset_of(document), asset_of(document))
+
+    assert (changes.lost.images, changes.added.images, changes.altered.materials) == (None,) * 3
+
+
+def test_other_differences_are_counted_beside_an_image_that_was_not_sent() -> None:
+    reference, source = whole(), whole()
+    for document in (reference, source):
+        document.json["images"][0] = {"uri": "wood.png"}
+    source.json["materials"][1]["alphaMode"] = "MASK"
+
+    changes = changes_between(asset_of(reference), asset_of(source))
+
+    assert changes.altered.materials == 1
+
+
+def test_materials_are_not_compared_where_neither_file_was_sent_with_their_library() -> None:
+    alone = read_asset("a.obj", b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+
+    assert changes_between(alone, alone).altered.materials is None

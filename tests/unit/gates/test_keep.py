@@ -242,3 +242,18 @@ def test_normals_are_not_kept_where_another_shape_lies_elsewhere() -> None:
     assert report.gates.verdict == "not_tested"
     [opposed] = [each for each in report.gates.checks if each.key == "warnings.normals.opposed"]
     assert opposed.status == "not_tested"
+
+
+@pytest.mark.parametrize("kept", ["textures", "all"])
+def test_images_that_were_not_sent_are_not_kept(kept: str) -> None:
+    document = whole()
+    document.json["images"][0] = {"uri": "wood.png"}
+
+    report = audit(gltf(document), gltf(document), parse_options({"mode": "audit", "keep": [kept]}))
+
+    assert report.gates is not None
+    assert report.gates.verdict == "not_tested"
+    assert (
+        "changes.lost.images: not tested, because an image that both files name was not sent"
+        in [check.words for check in report.gates.checks]
+    )
