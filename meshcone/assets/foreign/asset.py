@@ -132,7 +132,7 @@ class ForeignAsset(Asset):
         if self._kind == "ply":
             where = triangles, self._rows, self._corners
             carried = carried_by_ply(self._text, self._limits, *where)
-        elif self._kind == "off":
+        elif self._kind == "off" and self._places is not None:
             carried = carried_by_off(self._text, self._limits, triangles, self._rows)
         return one_mesh(triangles, carried)
 
@@ -140,14 +140,16 @@ class ForeignAsset(Asset):
         """Check that it is known where the vertices are in the file.
 
         Raises:
-            InputError: rows of a PLY up to its vertices have lists.
+            InputError: rows of a PLY up to its vertices have lists, or the lines of an OFF are
+                not those of its vertices and faces.
         """
         if self._places is None:
-            raise InputError(
-                "lists stand among the vertices of this PLY or before them: it can be a reference, "
-                "not a source",
-                file=self.name,
+            why = (
+                "lists stand among the vertices of this PLY or before them"
+                if self._kind == "ply"
+                else "this OFF does not have a line for each vertex and each face"
             )
+            raise InputError(f"{why}: it can be a reference, not a source", file=self.name)
 
     def ensure_divisible(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
         """Check that what can be written can be divided too.

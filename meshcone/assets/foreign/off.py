@@ -11,10 +11,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 
+from meshcone.assets.foreign.off_words import read_words
 from meshcone.assets.foreign.places import Columns, Places, TextVectors
 from meshcone.assets.foreign.polygons import Polygons, check_corners
 from meshcone.assets.foreign.text import (
@@ -68,10 +69,45 @@ class Head:
 def read_off(data: bytes, limits: Limits) -> Polygons:
     """Read an ASCII OFF file; colours, normals and texture coordinates are passed over.
 
+    Where its lines are not those of vertices and faces, but its words are as many as it declares,
+    it is read word by word; then nobody here can say where its vertices are.
+
     Raises:
         InputError: with the line at fault.
         LimitError: it declares more than ``limits`` accept.
     """
+    try:
+        polygons = _read_lines(data, limits)
+    except InputError:
+        found = _read_words(data, limits)
+        if found is None:
+            raise
+        return found
+    if _may_wrap_counts(data, limits):
+        # The number of edges may be in a line of its own, and is then of no vertex.
+        return _read_words(data, limits) or polygons
+    return polygons
+
+
+def _read_words(data: bytes, limits: Limits) -> Polygons | None:
+    lines = content_lines(data, limits, comments=True)
+    number, text = next(lines, (1, b""))
+    keyword = KEYWORD.match(text)
+    # Texture coordinates and colours are as many numbers as the lines tell.
+    if keyword is None or keyword[1] or keyword[2] or keyword[4]:
+        return None
+    rest = chain([(number, text[keyword.end() :])], lines)
+    return read_words(rest, 6 if keyword[3] else 3, limits)
+
+
+def _may_wrap_counts(data: bytes, limits: Limits) -> bool:
+    """Whether there are two counts in their line, and one word in the next."""
+    texts = (text for _, text in content_lines(data, limits, comments=True))
+    counts = KEYWORD.sub(b"", next(texts, b""), count=1) or next(texts, b"")
+    return len(counts.split(None, 2)) == 2 and len(next(texts, b"").split(None, 1)) == 1
+
+
+def _read_lines(data: bytes, limits: Limits) -> Polygons:
     head, lines = read_head(data, limits)
     positions = points(take(lines, head.vertices, "vertices", head.numbers))
     places: list[int] = []

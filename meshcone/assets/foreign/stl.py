@@ -24,11 +24,15 @@ HEADER = 84
 _BLANK = rb"(?:\s|#[^\r\n]*+[\r\n])*+"
 _SOLID = re.compile(_BLANK + rb"solid\b", re.I)
 _TEXT = re.compile(_BLANK + rb"solid\b[^\r\n]*+[\r\n]" + _BLANK + rb"facet\b", re.I)
+_SEARCHED = 65_536
+_FACETS = re.compile(rb"^[ \t]*facet\s[^\x00]{0,400}?\bvertex\s", re.I | re.M)
+_STATEMENT = re.compile(rb"\b(?:solid|facet|outer|vertex|endloop|endfacet|endsolid)\b", re.I)
+_PRINTABLE = re.compile(rb"[\t\n\r -~]+")
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 # What may come after each line of an ASCII file, and where that leads.
 _NEXT = {
-    "the beginning": {b"solid": "solid"},
+    "the beginning": {b"solid": "solid", b"facet": "facet"},
     "solid": {b"facet": "facet", b"endsolid": "endsolid"},
     "facet": {b"outer": "outer loop"},
     "outer loop": {b"vertex": "the first vertex"},
@@ -60,14 +64,30 @@ def read_stl(data: bytes, limits: Limits) -> Polygons:
     """
     if is_binary_stl(data):
         return _read_binary(data, limits)
-    if _SOLID.match(data):
+    if _SOLID.match(data) or _is_text_of_facets(data):
         return _read_ascii(data, limits)
     if len(data) < HEADER:
         raise InputError(f"a binary STL has at least {HEADER} bytes, the file {len(data)}")
+    if _PRINTABLE.fullmatch(data, 0, HEADER):
+        raise InputError(
+            "expected 'solid' or 'facet' at the beginning of a text, or a binary STL, found "
+            f"'{shown(data.split(None, 1)[0])}'",
+            place="line 1",
+        )
     raise InputError(
         f"expected {_binary_length(data):,} bytes for the triangles declared, found {len(data):,}",
         place="byte 80",
     )
+
+
+def _is_text_of_facets(data: bytes) -> bool:
+    """Whether a text begins with its facets, or with lines that some programs write above them."""
+    return b"\x00" not in data[:_SEARCHED] and _FACETS.search(data, 0, _SEARCHED) is not None
+
+
+def _is_remark(line: bytes) -> bool:
+    """Whether a line says something in another way than with a number sign."""
+    return line.startswith((b";", b"//")) and _STATEMENT.search(line) is None
 
 
 def _binary_length(data: bytes) -> int:
@@ -88,17 +108,21 @@ def _read_binary(data: bytes, limits: Limits) -> Polygons:
 
 def _read_ascii(data: bytes, limits: Limits) -> Polygons:
     vertices: list[Line] = []
-    state, number = "the beginning", 1
+    state, number, named = "the beginning", 1, False
     for number, text in content_lines(data, limits, comments=True):
+        if state == "the beginning" and _is_remark(text):
+            continue
         for start, end in statements(text):
             statement = text[start:end].strip()
             keyword = statement.split(None, 1)[0].lower()
             if keyword not in _NEXT[state]:
                 raise _unexpected(state, f"'{shown(keyword)}'", number)
             state = _NEXT[state][keyword]
+            named |= keyword == b"solid"
             if keyword == b"vertex":
                 vertices.append((number, statement[len(keyword) :]))
-    if state != "endsolid":
+    # Facets that no solid is above have no end to it either.
+    if state != "endsolid" and (named or state != "endfacet"):
         raise _unexpected(state, "the end of the file", number)
     limits.check("faces", len(vertices) // 3, "triangles")
     limits.check("vertices", len(vertices), "vertices")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from meshcone.assets import read_asset
+from meshcone.errors import InputError
 from meshcone.surface import Subdivision
 from tests.unit.assets.bisecting import bisected
 from tests.unit.assets.test_foreign_writing import FILES
@@ -94,3 +95,49 @@ def test_a_solid_may_be_called_by_words_of_the_format() -> None:
     data = STL.replace(b"a part", b"outer facet normal map vertex")
 
     assert read_asset("a.stl", data).faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize("above", [b"; made by a program\n", b"// part 7\n\n", b""])
+def test_an_ascii_stl_may_begin_with_remarks_or_with_its_facets(above: bytes) -> None:
+    asset = read_asset("a.stl", above + FACET)
+
+    assert asset.faces.tolist() == [[0, 1, 2]]
+    assert stretched(above + FACET) == above + FACET.replace(b"0 2 0", b"0 3 0")
+    assert read_asset("a.stl", above + STL).faces.tolist() == [[0, 1, 2]]
+
+
+def test_a_text_that_is_no_stl_is_refused_in_words() -> None:
+    with pytest.raises(InputError, match="expected 'solid' or 'facet' at the beginning"):
+        read_asset("a.stl", b"once upon a time " * 20)
+
+
+def test_facets_without_a_solid_that_are_cut_short_are_refused() -> None:
+    with pytest.raises(InputError, match="the end of the file"):
+        read_asset("a.stl", FACET.replace(b"endfacet\n", b""))
+
+
+OFF_NUMBERS = (b"4 2 0", b"0 0 0", b"1 0 0", b"1 1 0", b"0 1 0", b"3 0 1 2", b"3 0 2 3")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"OFF " + b" ".join(OFF_NUMBERS),
+        b"OFF\n4\n2\n0\n" + b"\n".join(OFF_NUMBERS[1:]),
+        b"OFF\n4 2\n0\n" + b"\n".join(OFF_NUMBERS[1:]),
+        b"OFF\n4 2 0\n0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 2 3 0 2 3\n",
+    ],
+)
+def test_an_off_may_be_divided_into_lines_in_any_way(text: bytes) -> None:
+    asset = read_asset("a.off", text)
+
+    assert asset.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert asset.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert len(asset.content().draws) == 1
+    with pytest.raises(InputError, match="does not have a line for each vertex"):
+        asset.ensure_writable()
+
+
+def test_an_off_with_a_word_too_many_is_refused() -> None:
+    with pytest.raises(InputError, match="expected"):
+        read_asset("a.off", b"OFF " + b" ".join([*OFF_NUMBERS, b"7"]))
