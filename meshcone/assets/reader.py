@@ -131,10 +131,10 @@ def _dispatch(file: MeshFile, limits: Limits, policy: ReadPolicy) -> Asset:
             raise InputError(f"this is {kind}; expected {_ACCEPTED}")
     if suffix == ".xyz":
         return PointAsset(name, "xyz", *read_xyz(data.removeprefix(BYTE_ORDER_MARK), limits))
-    if suffix in {".glb", ".gltf"}:
+    if suffix in {".glb", ".gltf"} and not _is_obj(data):
         expected = "'glTF'" if suffix == ".glb" else "a JSON object"
         raise InputError(f"the file does not start with {expected}", place="byte 0")
-    if suffix != ".obj" and not _OBJ_VERTEX.search(data):
+    if suffix not in {".obj", ".glb", ".gltf"} and not _OBJ_VERTEX.search(data):
         raise InputError(f"this is not a known kind of mesh file; expected {_ACCEPTED}")
     return read_obj(name, data, resources, limits)
 
@@ -146,6 +146,11 @@ def _converted(data: bytes, limits: Limits) -> Converted | None:
     if package is None:
         raise InputError("this is an archive within an archive; expected the mesh itself")
     return package
+
+
+def _is_obj(data: bytes) -> bool:
+    """Whether a file is an OBJ whatever it is called: text with a vertex on some line."""
+    return b"\x00" not in data[:4096] and _OBJ_VERTEX.search(data) is not None
 
 
 def _suffix(name: str) -> str:

@@ -255,6 +255,12 @@ class _Reader:
         return decode(self._accessors.read_rows(accessor, rows), accessor.normalized)
 
     def _extras(self) -> Iterator[tuple[str, str]]:
+        asset = self._root.child("asset")
+        for each in (self._root, asset) if asset else (self._root,):
+            if each.extras is not None:
+                yield f"{each.pointer}/extras", _digest(each.extras)
+        if asset and (copyright_ := asset.text("copyright")):
+            yield "/asset/copyright", _digest(copyright_)
         for array in _WITH_EXTRAS:
             for each in self._root.children(array):
                 if each.extras is not None:

@@ -51,7 +51,7 @@ class ChangeCounts(Section):
     cameras: int = Field(0, description="cameras")
     lights: int = Field(0, description="lights")
     extensions: int = Field(0, description="extensions that the file uses")
-    extras: int = Field(0, description="extra data of scenes, nodes, meshes and materials")
+    extras: int = Field(0, description="data of the author's own, and the copyright")
 
 
 class Changes(Section):

@@ -101,3 +101,8 @@ def test_a_limit_that_is_no_number_is_named_in_one_line(monkeypatch):
 def test_an_empty_limit_is_not_set(monkeypatch):
     monkeypatch.setenv("MESHCONE_LIMIT_VERTICES", "")
     assert read_asset("cube.obj", cube_obj()).counts().vertices == 8
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf"])
+def test_an_obj_is_read_whatever_it_is_called(name: str) -> None:
+    assert read_asset(name, cube_obj()).format == "obj"

@@ -459,3 +459,13 @@ def test_materials_are_not_compared_where_neither_file_was_sent_with_their_libra
     alone = read_asset("a.obj", b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
 
     assert changes_between(alone, alone).altered.materials is None
+
+
+@pytest.mark.parametrize("told", [{"copyright": "me"}, {"extras": {"article": 7}}])
+def test_what_a_file_says_of_the_whole_asset_is_extra_data(told: dict[str, object]) -> None:
+    document = whole()
+    document.json["asset"].update(told)
+
+    changes = changes_between(asset_of(document), asset_of(whole()))
+
+    assert counted(changes) == {"lost.extras": 1}
