@@ -133,7 +133,7 @@ def _write_beside(path: Path, data: bytes) -> Path:
             file.write(data)
         # mkstemp's 0600 is for secrets; what is written anew stays as open as it was.
         temporary.chmod(_mode(path))
-    except OSError:
+    except BaseException:  # an interrupt, too, leaves nothing behind
         temporary.unlink(missing_ok=True)
         raise
     return temporary

@@ -7,6 +7,7 @@ import io
 import os
 import sys
 import traceback
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -14,6 +15,7 @@ from typer.main import get_command
 
 from meshcone.errors import InternalError, MeshConeError
 from meshcone.threads import use_one_thread
+from service.cli.streams import lasting_streams
 
 BAD_INPUT = 2
 INTERNAL = 3
@@ -23,7 +25,8 @@ class CommandLine(typer.Typer):
     """A Typer application whose errors are one line on stderr, never a traceback.
 
     Exit codes: what a command returns or 0; 2 for files, options or arguments that cannot be
-    used; 3 for faults of ours. ``MESHCONE_DEBUG=1`` adds the traceback.
+    used, and for output that cannot be written; 3 for faults of ours. ``MESHCONE_DEBUG=1`` adds
+    the traceback.
     """
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
@@ -32,7 +35,15 @@ class CommandLine(typer.Typer):
 
     def _run(self, *args: Any, **kwargs: Any) -> int:
         use_one_thread()
-        _print_anything()
+        with lasting_streams() as said:
+            _print_anything()
+            code = self._code(*args, **kwargs)
+        if said.lost is None:
+            return code
+        reason = (said.lost.strerror or str(said.lost)).lower()
+        return _fail(f"standard output cannot be written: {reason}", max(code, BAD_INPUT))
+
+    def _code(self, *args: Any, **kwargs: Any) -> int:
         try:
             code = get_command(self)(*args, prog_name="meshcone", standalone_mode=False, **kwargs)
         except typer.TyperException as error:
@@ -69,5 +80,6 @@ def _refuses_some(stream: io.TextIOWrapper) -> bool:
 def _fail(message: str, code: int) -> int:
     if os.environ.get("MESHCONE_DEBUG") == "1":
         traceback.print_exc()
-    print("meshcone:", " ".join(message.split()), file=sys.stderr)
+    with suppress(OSError):  # nobody can be told
+        print("meshcone:", " ".join(message.split()), file=sys.stderr)
     return code

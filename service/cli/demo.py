@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -123,7 +123,7 @@ def _working_directory(out: Path, display: Display) -> Iterator[Path]:
         try:
             yield Path(name)
         except Exception:  # whatever it was is raised again; only the log is saved first
-            if log.is_file():
+            with suppress(OSError):  # why it failed is to be said, not that the log is lost
                 shutil.copyfile(log, out / LOG_NAME)
                 display.step(f"failed: the service's log is in {out / LOG_NAME}")
             raise

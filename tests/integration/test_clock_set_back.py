@@ -11,6 +11,7 @@ from rq import Worker
 from worker.broker.connections import connect_bytes
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.heartbeats import Heartbeats
+from worker.jobs.idempotency import KeyClaims, KeyInUseError, key_place
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import job_keys
@@ -54,6 +55,17 @@ def test_an_attempt_that_lives_is_known_again_by_its_next_heartbeat(
     heartbeats.beat(running_job.id, running_job.attempt)
 
     assert heartbeats.missing([running_job]) == []
+
+
+def test_a_claim_from_the_future_keeps_no_request_waiting(redis: Redis) -> None:
+    claims, place = KeyClaims(redis), key_place("owner", new_job_id())
+    claims.claim(place)
+    with pytest.raises(KeyInUseError):
+        claims.claim(place)
+
+    set_clock_back(redis, place)
+
+    assert claims.claim(place).job_id is None
 
 
 def test_a_dead_reconcilers_turn_goes_to_another(redis: Redis) -> None:

@@ -88,3 +88,17 @@ def test_a_file_that_is_written_anew_keeps_its_permissions(tmp_path: Path) -> No
 def test_a_report_with_a_certificate_beside_it_goes_into_no_pipe(pipe: Path) -> None:
     with pytest.raises(InputError, match="no regular file, and a report has its certificate"):
         certificate_place(pipe)
+
+
+def test_an_interrupt_leaves_no_part_of_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "chmod", interrupted)
+
+    with pytest.raises(KeyboardInterrupt):
+        write_together({tmp_path / "report.json": b"{}"})
+
+    assert not list(tmp_path.iterdir())

@@ -23,7 +23,9 @@ earlier loses the answer 409 to a second request under way, never the promise of
 _CLAIM = f"""
 local job, fingerprint = unpack(redis.call('HMGET', KEYS[1], 'job', 'fingerprint'))
 if job then return {{1, job, fingerprint}} end
-if redis.call('EXISTS', KEYS[1]) == 1 then return {{0}} end
+-- One that outlives every claim was made before the broker's clock was set back.
+local left = redis.call('PTTL', KEYS[1])
+if redis.call('EXISTS', KEYS[1]) == 1 and left <= {1000 * CLAIM_SECONDS} then return {{0}} end
 redis.call('HSET', KEYS[1], 'claim', ARGV[1])
 redis.call('EXPIRE', KEYS[1], {CLAIM_SECONDS})
 return {{1}}

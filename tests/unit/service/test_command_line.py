@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 
 import pytest
+import rich.console
 import typer
 
 from meshcone.errors import InputError
@@ -57,3 +59,40 @@ def test_names_of_files_that_are_no_text_pass_through_where_they_can(
     with pytest.raises(SystemExit):
         commands([])
     assert shown.getvalue() == "→ ".encode() + b"\xff\n"
+
+
+def saying(stream: str, monkeypatch: pytest.MonkeyPatch, file: int) -> int:
+    """The exit code of a command that ends with 1, as a gate that fails, and says it there."""
+    monkeypatch.setattr(sys, stream, io.TextIOWrapper(os.fdopen(file, "wb")))
+    commands = CommandLine()
+
+    @commands.command()
+    def judge() -> int:
+        for _ in range(2):
+            typer.echo("it fails", err=stream == "stderr")
+            rich.console.Console(stderr=stream == "stderr").print("it fails")
+        return 1
+
+    with pytest.raises(SystemExit) as ended:
+        commands([])
+    assert isinstance(ended.value.code, int)
+    return ended.value.code
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_reader_that_has_enough_changes_no_exit_code(
+    stream: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+
+    assert saying(stream, monkeypatch, writing) == 1
+
+
+def test_output_that_finds_no_room_is_said_and_no_verdict(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = saying("stdout", monkeypatch, os.open("/dev/full", os.O_WRONLY))
+
+    told = "meshcone: standard output cannot be written: no space left on device\n"
+    assert (code, capsys.readouterr().err) == (2, told)
