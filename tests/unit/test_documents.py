@@ -22,6 +22,7 @@ from service.settings import ServiceSettings
 from tests.references.parts import DOCS, PARTS, parts_of, renewed
 
 DOCUMENTS = sorted(DOCS.glob("*.md"))
+PARTS_OF_THE_TREE = ("meshcone", "service", "worker", "tests", "benchmarks", "examples")
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
@@ -114,3 +115,23 @@ def test_every_section_of_a_report_is_described(report: type[BaseModel]) -> None
 @pytest.mark.parametrize("outcome", sorted({*get_args(Outcome), *get_args(Agreement)}))
 def test_every_outcome_is_named_where_reports_are_described(outcome: str) -> None:
     assert f"`{outcome}`" in (DOCS / "report.md").read_text()
+
+
+@pytest.mark.parametrize("package", ["meshcone", "service", "worker"])
+def test_every_room_and_every_module_beside_the_rooms_is_named(package: str) -> None:
+    text = (DOCS / "architecture.md").read_text()
+    folder = DOCS.parent / package
+
+    rooms = {f"{path.parent.name}/" for path in folder.glob("*/**/__init__.py")}
+    modules = {path.name for path in folder.glob("*.py")} - {"__init__.py"}
+    assert [name for name in sorted(rooms | modules) if name not in text] == []
+
+
+@pytest.mark.parametrize("document", ["CONTRIBUTING.md", "docs/architecture.md"])
+def test_the_modules_that_a_page_names_are_there(document: str) -> None:
+    root = DOCS.parent
+    named = set(re.findall(r"`((?:[\w-]+/)*\w+\.py)`", (root / document).read_text()))
+
+    assert named
+    places = {path.as_posix() for part in PARTS_OF_THE_TREE for path in (root / part).rglob("*.py")}
+    assert [name for name in sorted(named) if not any(p.endswith(f"/{name}") for p in places)] == []
