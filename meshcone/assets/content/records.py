@@ -296,7 +296,7 @@ class Content:
         scenes: their names.
         extensions_used, extensions_required: as listed.
         buffer_bytes: bytes of all buffers, images in them included.
-        extras: places of data of the author's own, and the SHA-256 of each.
+        extras: places of data of the author's own, and the SHA-256 of each; names of groups.
         variants: names of the variants of materials (KHR_materials_variants).
         libraries: material libraries that an OBJ names, and whether each was sent.
         faults: what was malformed and read as if it were not there.

@@ -76,8 +76,15 @@ def read_content(
         images=tuple(library.images),
         textures=sum(len(material.textures) for material in materials),
         libraries=libraries,
+        extras=_groups(lines),
         faults=faults.found(),
     )
+
+
+def _groups(lines: ObjLines) -> dict[str, str]:
+    """Groups of a file whose meshes are its objects: they are names alone."""
+    names = lines.names(lines.groups) if len(lines.objects) else []
+    return {f"group {name}": name for name in names if name}
 
 
 @dataclass(frozen=True)

@@ -469,3 +469,17 @@ def test_what_a_file_says_of_the_whole_asset_is_extra_data(told: dict[str, objec
     changes = changes_between(asset_of(document), asset_of(whole()))
 
     assert counted(changes) == {"lost.extras": 1}
+
+
+def test_a_group_of_an_obj_with_objects_that_is_gone_is_lost_extra_data() -> None:
+    data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\no box\ng lid\nf 1 2 3\n"
+    reference, source = (read_asset("a.obj", each) for each in (data, data.replace(b"lid", b"top")))
+
+    assert counted(changes_between(reference, source)) == {"lost.extras": 1, "added.extras": 1}
+
+
+def test_groups_are_the_meshes_of_an_obj_without_objects() -> None:
+    data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\ng lid\nf 1 2 3\n"
+    reference, source = (read_asset("a.obj", each) for each in (data, data.replace(b"lid", b"top")))
+
+    assert changes_between(reference, source).lost.meshes == 1
