@@ -7,7 +7,7 @@ content, which makes it renamed; what is left is lost or added.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from typing import Any, Protocol, TypeVar, get_args
 
 from meshcone.assets import Asset
@@ -17,6 +17,7 @@ from meshcone.auditing.contents import (
     Placed,
     animations,
     attributes,
+    fields,
     fittings,
     followers,
     images,
@@ -30,6 +31,7 @@ from meshcone.auditing.contents import (
     tracks,
     uv_layouts,
 )
+from meshcone.auditing.fields import Fields
 from meshcone.auditing.hanging import reached, rehung
 from meshcone.auditing.parts import Parts
 from meshcone.auditing.records.changes import (
@@ -97,11 +99,7 @@ def _differences(reference: Asset, source: Asset, moved: Floats | None) -> Itera
     yield from _listed("materials", *both(variant_names))
     yield from _listed("libraries", *both(lambda content: content.libraries))
     yield from _listed("images", *both(images))
-    yield from _carried("uv_sets", *both(lambda content: attributes(content, "TEXCOORD_")), held)
-    yield from _otherwise("uv_sets", "lies otherwise in its texture", *both(uv_layouts))
-    yield from _carried("color_sets", *both(lambda content: attributes(content, "COLOR_")), held)
-    yield from _carried("attributes", *both(lambda content: attributes(content, None)), held)
-    yield from _carried("morph_targets", *both(targets), held)
+    yield from _at_vertices(reference, source, moved, held)
     yield from _described("skins", *both(skins))
     bound = followers(reference, old), followers(source, new)
     yield from _otherwise("skins", "moves another part", *bound)
@@ -123,6 +121,31 @@ def _open(reference: Content, source: Content) -> Iterator[tuple[ChangeKind, str
         yield from (("lost", "images"), ("added", "images"))
     if lacks[0] & lacks[1] or unsent[0] & unsent[1]:
         yield "altered", "materials"
+
+
+def _at_vertices(
+    reference: Asset, source: Asset, moved: Floats | None, held: tuple[Parts, Parts]
+) -> Iterator[Change]:
+    """What meshes have at their vertices: whether they have it, where, and which values."""
+    old, new = reference.content(), source.content()
+    valued = fields(reference, old), fields(source, new, moved)
+    laid = list(
+        _otherwise("uv_sets", "lies otherwise in its texture", uv_layouts(old), uv_layouts(new))
+    )
+    kinds: dict[str, Callable[[Content], Mapping[str, tuple[str, str]]]] = {
+        "uv_sets": lambda content: attributes(content, "TEXCOORD_"),
+        "color_sets": lambda content: attributes(content, "COLOR_"),
+        "attributes": lambda content: attributes(content, None),
+        "morph_targets": targets,
+    }
+    for what, read in kinds.items():
+        there, here = read(old), read(new)
+        carried = list(_carried(what, there, here, held))
+        if what == "uv_sets":
+            carried += laid
+        yield from carried
+        told = {each.where for each in carried}
+        yield from _valued(what, there, here, valued, told)
 
 
 def _listed(what: str, reference: Mapping[str, T], source: Mapping[str, T]) -> Iterator[Change]:
@@ -151,6 +174,22 @@ def _carried(
         if (words := old.less_than(new, painted_alike=alike)) is not None:
             told = f"is new on a part; the reference has it on {words}"
             yield _change("added", what, name, told, before=words, after=name)
+
+
+def _valued(
+    what: str,
+    reference: Mapping[str, tuple[str, str]],
+    source: Mapping[str, tuple[str, str]],
+    valued: tuple[Fields, Fields],
+    told: Set[str],
+) -> Iterator[Change]:
+    """What both files have with other values, but for what is told to differ."""
+    for name in [each for each in reference if each in source and each not in told]:
+        pair = valued[0].differing(valued[1], reference[name], source[name])
+        if pair is not None:
+            before, after = pair[0].words(), pair[1].words()
+            words = "runs otherwise along the mesh" if what == "uv_sets" else "has other values"
+            yield _change("altered", what, name, words, before=before, after=after)
 
 
 def _described(

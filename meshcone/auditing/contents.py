@@ -23,6 +23,7 @@ from meshcone.assets.content import (
     target_called,
 )
 from meshcone.auditing.bindings import Binding, bindings
+from meshcone.auditing.fields import Fields
 from meshcone.auditing.hanging import reached
 from meshcone.auditing.layout import Layout, layouts
 from meshcone.auditing.parts import DEFAULT, Parts
@@ -196,6 +197,11 @@ def parts(asset: Asset, content: Content, moved: NDArray[np.float64] | None = No
     """Where each mesh has its materials and attributes; see :class:`Parts`."""
     called = _keys([each.name for each in content.materials])
     return Parts(asset, content, _keys([mesh.name for mesh in content.meshes]), called, moved)
+
+
+def fields(asset: Asset, content: Content, moved: NDArray[np.float64] | None = None) -> Fields:
+    """What each mesh has at its vertices; see :class:`Fields`."""
+    return Fields(asset, content, _keys([mesh.name for mesh in content.meshes]), moved)
 
 
 def uv_layouts(content: Content) -> dict[str, Layout]:

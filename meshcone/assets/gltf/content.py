@@ -5,13 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.content import Attribute, Content, Draw, Fitting, Mesh, Node, Primitive
+from meshcone.assets.content import (
+    Attribute,
+    Content,
+    Draw,
+    Fitting,
+    Mesh,
+    Node,
+    Primitive,
+    target_called,
+)
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.gltf.accessors import Accessor, Accessors, decode
 from meshcone.assets.gltf.document import Document
@@ -214,32 +224,55 @@ class _Reader:
             placement = self._scene.blocks[placed.block].placement
             number = int(placed.primitive.element.pointer.rpartition("/")[2])
             end = start + len(placed.triangles)
+            corners = placed.triangles - self._scene.blocks[placed.block].start
             yield Draw(
                 node=placement.node,
                 mesh=placement.mesh,
                 primitive=number,
                 material=meshes[placement.mesh].primitives[number].material,
                 rows=np.arange(start, end),
-                attributes=dict(self._attributes(placed)),
+                attributes=dict(self._attributes(placed, corners)),
                 matrix=placement.matrix,
+                others=dict(self._others(placed, corners)),
             )
             start = end
 
-    def _attributes(self, placed: PlacedPrimitive) -> Iterator[tuple[str, Attribute]]:
+    def _attributes(
+        self, placed: PlacedPrimitive, corners: NDArray[np.int64]
+    ) -> Iterator[tuple[str, Attribute]]:
         attributes = Lenient(placed.primitive.element, self._faults).child("attributes")
-        corners = placed.triangles - self._scene.blocks[placed.block].start
-        vertices = placed.primitive.position.count
         pose = self._scene.blocks[placed.block].pose
-        for name in attributes.members() if attributes else ():
-            if attributes is None or not name.startswith(_CORNER_ATTRIBUTES):
+        for name, found in self._of_corners(placed, corners, attributes):
+            if not name.startswith(_CORNER_ATTRIBUTES):
                 continue
-            stored = attributes.attempt(partial(self._stored, name=name, vertices=vertices))
-            if stored is None:
-                continue
-            read: _Read = partial(self._values, stored)
             if name == "NORMAL" and len(pose.matrices) > 1:
-                read = partial(_posed, read, pose)
-            yield name, Attribute(name, corners, read, stored.step)
+                yield name, replace(found, read=partial(_posed, found.read, pose))
+            else:
+                yield name, found
+
+    def _others(
+        self, placed: PlacedPrimitive, corners: NDArray[np.int64]
+    ) -> Iterator[tuple[str, Attribute]]:
+        primitive = Lenient(placed.primitive.element, self._faults)
+        known = ("POSITION", *_CORNER_ATTRIBUTES)
+        for name, found in self._of_corners(placed, corners, primitive.child("attributes")):
+            if not name.startswith(known):
+                yield name, found
+        for number, target in enumerate(primitive.children("targets")):
+            for name, found in self._of_corners(placed, corners, target):
+                called = target_called(number, name)
+                yield called, replace(found, name=called)
+
+    def _of_corners(
+        self, placed: PlacedPrimitive, corners: NDArray[np.int64], holder: Lenient | None
+    ) -> Iterator[tuple[str, Attribute]]:
+        vertices = placed.primitive.position.count
+        for name in holder.members() if holder else ():
+            if holder is None:
+                continue
+            stored = holder.attempt(partial(self._stored, name=name, vertices=vertices))
+            if stored is not None:
+                yield name, Attribute(name, corners, partial(self._values, stored), stored.step)
 
     def _stored(self, attributes: Element, *, name: str, vertices: int) -> Accessor:
         index = attributes.reference(name, len(self._accessors.elements), "accessor")

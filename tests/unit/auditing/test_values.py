@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from meshcone.assets import read_asset
 from meshcone.auditing.asset import audit_asset
 from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records.changes import Changes
 from meshcone.files import MeshFile
-from tests.unit.auditing.test_changes import counted
+from meshcone.srgb import to_linear
+from tests import meshes
+from tests.unit.auditing.test_changes import asset_of, counted
+from tests.whole_asset import Document
 
 PLY = (
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -57,3 +65,125 @@ def test_an_audit_of_a_ply_counts_what_its_vertices_have() -> None:
 
     assert (audit.shading.without_normals, audit.shading.opposed_normals) == (0, 3)
     assert (audit.uv.sets, audit.budget.uv_sets, audit.budget.color_sets) == (1, 1, 1)
+
+
+Values = NDArray[np.float64]
+Damage = Callable[[Values], Values]
+TILT = np.array([[0.64, -0.77, 0.0], [0.77, 0.64, 0.0], [0.0, 0.0, 1.0]])  # by 50 degrees
+
+
+def ball(
+    level: int = 3,
+    noise: float = 0.0,
+    order: tuple[int, int] = (0, 1),
+    node: dict[str, Any] | None = None,
+    **damaged: Damage,
+) -> Document:
+    """A ball that has everything at its vertices, some of it damaged.
+
+    Args:
+        level: how fine it is.
+        noise: of its radius, by which its vertices are off.
+        order: of its two morph targets, "fat" and "tall".
+        node: members of its node.
+        **damaged: what becomes of an attribute, or of ``target_0`` or ``target_1``.
+    """
+    mesh = meshes.sphere(level)
+    shape = np.asarray(mesh.vertices, dtype=np.float64)
+    radii = 1 + noise * np.random.default_rng(1).standard_normal((len(shape), 1))
+    around = np.cross([0.0, 1.0, 0.0], shape)
+    around[:, 0] += 1e-6  # its direction at the poles
+    right = np.ones((len(shape), 1))
+    found: dict[str, Values] = {
+        "POSITION": shape * radii,
+        "NORMAL": shape,
+        "TANGENT": np.hstack([around / np.linalg.norm(around, axis=1, keepdims=True), right]),
+        "TEXCOORD_0": np.hstack([np.abs(shape[:, :1]), 0.5 + shape[:, 1:2] / 2]),
+        "COLOR_0": to_linear(np.hstack([0.5 + shape / 2, right]) * [1, 1, 1, 0.8]),
+        "_HEIGHT": shape[:, 1:2] + 5,
+        "target_0": 0.1 * shape,
+        "target_1": shape * [0, 0.2, 0],
+    }
+    for name, damage in damaged.items():
+        found[name] = damage(found[name])
+    document = Document()
+    stored = {name: document.accessor(values.astype("<f4")) for name, values in found.items()}
+    targets = [{"POSITION": stored.pop(f"target_{number}")} for number in (0, 1)]
+    primitive = {
+        "attributes": stored,
+        "indices": document.accessor(np.asarray(mesh.faces, dtype="<u2").reshape(-1, 1)),
+        "targets": [targets[number] for number in order],
+    }
+    document.json |= {
+        "nodes": [{"mesh": 0, **(node or {})}],
+        "scenes": [{"nodes": [0]}],
+        "meshes": [
+            {"name": "ball", "primitives": [primitive], "extras": {"targetNames": ["fat", "tall"]}}
+        ],
+    }
+    return document
+
+
+def against_the_ball(other: Document) -> dict[str, int]:
+    return counted(changes_between(asset_of(ball()), asset_of(other)))
+
+
+@pytest.mark.parametrize(
+    ("other", "what"),
+    [
+        (ball(NORMAL=lambda n: -n), "attributes"),
+        (ball(NORMAL=lambda n: n @ TILT), "attributes"),
+        (ball(NORMAL=lambda n: np.sign(n[:, 1:2] + 1e-9) * [0, 1, 0]), "attributes"),
+        (ball(TANGENT=lambda t: t * [1, 1, 1, -1]), "attributes"),
+        (ball(TANGENT=lambda t: t * [-1, -1, -1, 1]), "attributes"),
+        (ball(_HEIGHT=lambda h: 10 - h), "attributes"),
+        (ball(COLOR_0=lambda c: np.hstack([1 - c[:, :3], c[:, 3:]])), "color_sets"),
+        (ball(COLOR_0=lambda c: c * [1, 1, 1, 0.5]), "color_sets"),
+        (ball(TEXCOORD_0=lambda uv: uv * [1, -1] + [0, 1]), "uv_sets"),
+        (ball(target_0=lambda moved: 0 * moved), "morph_targets"),
+        (ball(target_0=lambda moved: 2 * moved), "morph_targets"),
+    ],
+)
+def test_other_values_alter_what_has_them(other: Document, what: str) -> None:
+    assert against_the_ball(other) == {f"altered.{what}": 1}
+
+
+def test_morph_targets_that_change_places_are_altered() -> None:
+    assert against_the_ball(ball(order=(1, 0))) == {"altered.morph_targets": 2}
+
+
+def test_a_change_of_values_is_told_in_words() -> None:
+    other = asset_of(ball(target_0=lambda moved: 2 * moved))
+    [row] = changes_between(asset_of(ball()), other).rows
+
+    assert row.words == "morph target 'ball: fat' has other values"
+    assert str(row.reference).startswith("mean 0 0 0, spread 0.1, along x, y, z 0.033")
+
+
+@pytest.mark.parametrize("level", [1, 2, 4])
+def test_a_coarser_or_finer_mesh_has_the_same_values(level: int) -> None:
+    assert against_the_ball(ball(level)) == {}
+
+
+def test_normals_that_follow_a_noisy_surface_are_no_other_normals() -> None:
+    assert against_the_ball(ball(noise=0.02)) == {}
+
+
+def test_values_are_compared_where_the_mesh_is_stored_too() -> None:
+    """Positions in other units and a node that undoes that, as quantised files have them."""
+    smaller = {name: lambda values: values / 4 for name in ("POSITION", "target_0", "target_1")}
+
+    assert against_the_ball(ball(node={"scale": [4, 4, 4]}, **smaller)) == {}
+
+
+def test_a_turned_node_turns_its_directions_with_it() -> None:
+    half = {"node": {"rotation": [0, 1, 0, 0]}}
+    turn = np.diag([-1.0, 1.0, -1.0])
+    baked = {
+        name: lambda values: np.hstack([values[:, :3] @ turn, values[:, 3:]])
+        for name in ("POSITION", "NORMAL", "TANGENT", "target_0", "target_1")
+    }
+
+    changes = changes_between(asset_of(ball(**half)), asset_of(ball(**baked)))
+
+    assert counted(changes) == {"moved.nodes": 1}
