@@ -111,6 +111,8 @@ def _written(value: object) -> str:
 def _changes(changes: Changes) -> Iterator[str]:
     for row in changes.rows[:_ROWS_SHOWN]:
         yield f"{row.kind:<11} {row.words}"
+    if changes.altered.materials is None or changes.lost.images is None:
+        yield f"{'not tested':<11} images or materials that were sent with neither file"
     counts = (changes.lost, changes.added, changes.renamed, changes.moved, changes.altered)
     more = sum(count or 0 for each in counts for count in dict(each).values()) - _ROWS_SHOWN
     if more > 0:

@@ -75,3 +75,15 @@ def test_what_is_to_be_kept_is_named_with_commas(directory: Path) -> None:
         in lost.stdout.splitlines()
     )
     assert_refused(unknown, "unknown 'uvz'")
+
+
+def test_an_image_that_was_sent_with_neither_file_is_said_not_to_be_compared(
+    directory: Path,
+) -> None:
+    document = whole()
+    document.json["images"][0] = {"uri": "wood.png"}
+    (directory / "asset.gltf").write_bytes(document.to_bytes())
+
+    finished = meshcone(directory, "audit", "asset.gltf", "--reference", "asset.gltf")
+
+    assert "not tested  images or materials that were sent with neither file" in finished.stdout

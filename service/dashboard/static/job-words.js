@@ -78,9 +78,12 @@ export function outcomeSentence(report) {
 }
 
 function changesSentence(changes) {
-  const count = ["lost", "added", "renamed", "moved", "altered"].flatMap((kind) => Object.values(changes[kind])).reduce((sum, each) => sum + each, 0);
-  if (count === 0) return "Nothing but the surface differs from the reference.";
-  return `${count} ${count === 1 ? "thing differs" : "things differ"} from the reference besides the surface.`;
+  const counts = ["lost", "added", "renamed", "moved", "altered"].flatMap((kind) => Object.values(changes[kind]));
+  const count = counts.reduce((sum, each) => sum + (each ?? 0), 0);
+  const told = count === 0 ? "Nothing but the surface differs" : `${count} ${count === 1 ? "thing differs" : "things differ"}`;
+  const sentence = `${told} from the reference${count === 0 ? "" : " besides the surface"}.`;
+  // Null: images or material libraries that both files name were not sent.
+  return counts.includes(null) ? `${sentence} Images or materials that were not sent were not compared.` : sentence;
 }
 
 /** What is worst about a finished job, for a row of a table. */
