@@ -40,7 +40,8 @@ const WORSE_ENDS = { pass: ["not_tested", "fail", "error"], not_tested: ["fail",
 
 const measured = (job) => Object.keys(job.summary?.metrics ?? {}).length > 0;
 
-export const pairName = (job) => (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
+/** What a sender calls a pair of a batch, else the names of its files. */
+export const pairName = (job) => job.name ?? (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
 
 /** One asset: its runs from the oldest to the newest, and what has changed with the last. */
 class Asset {
@@ -88,8 +89,13 @@ const rank = (asset) => [!asset.brokeNow, asset.state !== "worse", !isBad(asset.
  */
 export function assetsOf(jobs) {
   const runs = new Map();
+  const ofBatches = new Map();
   for (const job of [...jobs].sort((a, b) => new Date(a.created) - new Date(b.created))) {
-    const name = pairName(job);
+    // Pairs of one batch are assets of their own, whatever their files are called.
+    const place = JSON.stringify([job.batch ?? job.id, pairName(job)]);
+    const count = (ofBatches.get(place) ?? 0) + 1;
+    ofBatches.set(place, count);
+    const name = count > 1 ? `${pairName(job)} (${count})` : pairName(job);
     if (!runs.has(name)) runs.set(name, []);
     runs.get(name).push(job);
   }

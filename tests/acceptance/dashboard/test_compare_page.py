@@ -72,6 +72,24 @@ def test_an_asset_that_passes_again_did_not_get_worse(page: Page) -> None:
 
 
 @pytest.mark.parametrize(
+    "named", [{"chair": "chair", "lamp": "lamp"}, {"chair": None, "lamp": None}]
+)
+def test_pairs_of_one_batch_are_assets_of_their_own_though_their_files_have_equal_names(
+    page: Page, named: dict[str, str | None]
+) -> None:
+    jobs = [
+        job("model", night, id=f"{which}-{night[:10]}", batch=night) | {"name": name}
+        for night in NIGHTS
+        for which, name in named.items()
+    ]
+    jobs[-1] |= FAILED
+    answer(page, {"night": jobs})
+    page.goto("/compare?label=night")
+
+    expect(page.get_by_test_id("headline")).to_contain_text("1 of 2 assets got worse")
+
+
+@pytest.mark.parametrize(
     ("late", "rest"), [("?label=slow", "**/v1/jobs?label=slow*"), ("", "**/v1/jobs?limit=200")]
 )
 def test_an_answer_that_comes_late_is_not_shown_under_the_label_chosen_since(
