@@ -11,7 +11,7 @@ import pytest
 from meshcone.assets import read_asset
 from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records.changes import Changes
-from tests.unit.auditing.test_changes import asset_of, counted
+from tests.unit.auditing.damaged import asset_of, counted
 from tests.whole_asset import SQUARE_FACES, Document, square, whole
 
 Edit = Callable[[dict[str, Any]], object]

@@ -16,7 +16,7 @@ from meshcone.auditing.records.changes import Changes
 from meshcone.files import MeshFile
 from meshcone.srgb import to_linear
 from tests import meshes
-from tests.unit.auditing.test_changes import asset_of, counted
+from tests.unit.auditing.damaged import asset_of, counted
 from tests.whole_asset import Document
 
 PLY = (
