@@ -11,7 +11,6 @@ import structlog
 import uvicorn
 from fastapi import APIRouter
 
-from meshcone.errors import InputError
 from meshcone.settings import load_settings
 from service.access.auth import is_loopback
 from service.api.app import create_app
@@ -25,24 +24,6 @@ from worker.logs import configure_logging
 _KEEP_ALIVE = 75  # seconds
 
 logger = structlog.get_logger(__name__)
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening socket; port 0 lets the system choose.
-
-    Raises:
-        InputError: the address cannot be had.
-    """
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((host, port))
-    except (OSError, OverflowError) as error:
-        listener.close()
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot listen on {host} port {port}: {reason.lower()}") from None
-    return listener
 
 
 def asks_for_keys(settings: ServiceSettings, host: str) -> bool:

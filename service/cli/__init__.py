@@ -1,35 +1,58 @@
 """The command line: one module a command, put together here."""
 
+import sys
+from importlib import import_module
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
-from service.cli import (
-    api,
-    audit,
-    demo,
-    gate,
-    keys,
-    measure,
-    openapi,
-    refine,
-    serve,
-    submit,
-    thresholds,
-    transfers,
-    verify,
-    webhooks,
-    worker,
-)
 from service.cli.boundary import CommandLine
 
-app = CommandLine(
-    name="meshcone",
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode=None,
+_COMMANDS = (  # in the order of the help
+    "demo",
+    "refine",
+    "measure",
+    "audit",
+    "gate",
+    "thresholds",
+    "verify",
+    "submit",
+    "serve",
+    "api",
+    "worker",
+    "webhooks",
+    "transfers",
+    "keys",
+    "openapi",
 )
+
+
+def app() -> None:
+    """Run the command that the arguments name, and exit."""
+    named = sys.argv[1:2]
+    command_line(*(named if named and named[0] in _COMMANDS else _COMMANDS))()
+
+
+def command_line(*names: str) -> CommandLine:
+    """The command line with some commands, or with all.
+
+    Each is imported here: all of them take longer than most take to answer.
+    """
+    line = CommandLine(
+        name="meshcone",
+        add_completion=False,
+        no_args_is_help=True,
+        rich_markup_mode=None,
+    )
+    line.callback()(_main)
+    for name in names or _COMMANDS:
+        module = import_module(f"service.cli.{name}")
+        if hasattr(module, "commands"):
+            line.add_typer(module.commands, name=name)
+        else:
+            line.command(name)(module.command)
+    return line
 
 
 def _show_version(asked: bool) -> None:
@@ -38,7 +61,6 @@ def _show_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _main(
     _version: Annotated[
         bool,
@@ -54,20 +76,4 @@ def _main(
     """Refine a mesh against a reference, with proof that the answer is optimal."""
 
 
-app.command("demo")(demo.command)
-app.command("refine")(refine.command)
-app.command("measure")(measure.command)
-app.command("audit")(audit.command)
-app.command("gate")(gate.command)
-app.command("thresholds")(thresholds.command)
-app.command("verify")(verify.command)
-app.command("submit")(submit.command)
-app.command("serve")(serve.command)
-app.command("api")(api.command)
-app.command("worker")(worker.command)
-app.command("webhooks")(webhooks.command)
-app.command("transfers")(transfers.command)
-app.add_typer(keys.commands, name="keys")
-app.command("openapi")(openapi.command)
-
-__all__ = ["app"]
+__all__ = ["app", "command_line"]

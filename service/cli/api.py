@@ -19,7 +19,8 @@ def command(
 
     Broker and data directory come from MESHCONE_* variables.
     """
-    from service.api.server import listen, serve
+    from service.api.listening.address import listen
+    from service.api.server import serve
     from service.dashboard.routes import router
 
     serve(listen(host, port) if fd is None else socket.socket(fileno=fd), router)

@@ -14,7 +14,7 @@ import httpx2
 from redis.exceptions import RedisError
 
 from meshcone.errors import InputError, InternalError
-from service.api.server import listen
+from service.api.listening.address import listen
 from service.stack.children import Child, end
 from service.stack.restarts import Restarts
 from worker.broker.connections import connect_bytes

@@ -18,7 +18,7 @@ import jsonschema
 import pytest
 import yaml
 
-from service.cli import app
+from service.cli import command_line
 from tests.unit.test_deployment import SETTINGS
 from worker.settings import WorkerSettings
 
@@ -148,7 +148,7 @@ def test_it_is_of_the_version_of_the_program(bucket: list[Manifest]) -> None:
 
 
 def test_every_part_runs_a_command_that_exists(manifests: list[Manifest]) -> None:
-    commands = {command.name for command in app.registered_commands}
+    commands = {command.name for command in command_line().registered_commands}
 
     started = {part: each["args"][0] for part, each in containers(manifests).items()}
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from service.api.server import listen
+from service.api.listening.address import listen
 from tests.integration.jobs import make_job
 from tests.integration.waiting import wait_for
 from worker.broker.embedded import EmbeddedBroker

@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from service.cli import app
+from service.cli import command_line
 from tests.references.tables import NONE, table
 
 _NOUNS = {Path: "PATH", int: "N", float: "NUMBER"}
@@ -17,7 +17,7 @@ _NOUNS = {Path: "PATH", int: "N", float: "NUMBER"}
 
 def commands() -> Iterator[str]:
     """Every command, with its arguments and options."""
-    yield from _of_group(typer.main.get_command(app), "meshcone")
+    yield from _of_group(typer.main.get_command(command_line()), "meshcone")
 
 
 def _of_group(group: Any, path: str) -> Iterator[str]:

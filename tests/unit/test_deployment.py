@@ -10,7 +10,7 @@ import pytest
 
 from meshcone.assets import Limits
 from meshcone.auditing.validator import ValidatorSettings
-from service.cli import app
+from service.cli import command_line
 from service.settings import ServiceSettings
 
 ROOT = Path(__file__).parents[2]
@@ -41,7 +41,7 @@ def test_every_setting_that_is_named_exists(path: Path) -> None:
 
 @pytest.mark.parametrize("path", DEPLOYMENT, ids=lambda path: path.name)
 def test_every_command_that_is_started_exists(path: Path) -> None:
-    commands = {command.name for command in app.registered_commands}
+    commands = {command.name for command in command_line().registered_commands}
 
     started = re.findall(r'^\s*(?:command: |CMD )\["?(\w+)', path.read_text(), re.MULTILINE)
 

@@ -17,7 +17,7 @@ from meshcone.gates.paths import known_values
 from meshcone.options import Mode
 from meshcone.quality.records import Metrics, Validity
 from meshcone.report.report import Agreement, AuditReport, MeasureReport, Outcome, Report
-from service.cli import app, keys
+from service.cli import command_line, keys
 from service.settings import ServiceSettings
 from tests.references.parts import DOCS, PARTS, parts_of, renewed
 
@@ -79,7 +79,7 @@ def test_every_value_that_a_gate_can_name_is_described(mode: Mode) -> None:
 def test_every_command_is_described() -> None:
     text = (DOCS / "command-line.md").read_text()
 
-    for command in [*app.registered_commands, *keys.commands.registered_commands]:
+    for command in [*command_line().registered_commands, *keys.commands.registered_commands]:
         assert re.search(rf"^## meshcone (keys )?{command.name}$", text, re.MULTILINE)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from service.cli import app
+from service.cli import command_line
 
 
 @pytest.mark.parametrize("command", [[], ["keys"]])
@@ -14,7 +14,7 @@ def test_no_command_is_described_by_half_a_sentence(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
 
-    shown = CliRunner().invoke(app, [*command, "--help"])
+    shown = CliRunner().invoke(command_line(), [*command, "--help"])
 
     commands = shown.stdout.partition("Commands:\n")[2].splitlines()
     assert shown.exit_code == 0
