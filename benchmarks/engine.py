@@ -39,7 +39,7 @@ limit_threads(1)  # before the libraries below are loaded, here and in the pool'
 import numpy as np  # noqa: E402
 from comparison import Row, compare_methods  # noqa: E402
 from degradations import DEGRADATIONS, missing_library  # noqa: E402
-from methods import PEERS, engine_methods  # noqa: E402
+from methods import BOUNDS, PEERS, engine_methods  # noqa: E402
 from reference_shapes import Shape, made_shapes, stored_shapes  # noqa: E402
 from rich.console import Console  # noqa: E402
 from speed import print_speed, run_speed  # noqa: E402
@@ -58,7 +58,9 @@ def chosen_shapes(arguments: argparse.Namespace) -> list[Shape]:
 def run_pair(shape: str, degradation: str, arguments: argparse.Namespace) -> list[Row]:
     """Every method on one degraded shape, in a process of the pool."""
     (chosen,) = (s for s in chosen_shapes(arguments) if s.name == shape)
-    methods = engine_methods(arguments.effort) | {name: PEERS[name] for name in arguments.peers}
+    methods = engine_methods(arguments.effort) | {
+        name: (PEERS | BOUNDS)[name] for name in arguments.peers
+    }
     return compare_methods(chosen, degradation, methods, arguments.cache)
 
 
@@ -104,7 +106,7 @@ def parse_arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--degradations", type=_among(tuple(DEGRADATIONS)), default=list(DEGRADATIONS)
     )
-    parser.add_argument("--peers", type=_among(tuple(PEERS)), default=list(PEERS))
+    parser.add_argument("--peers", type=_among((*PEERS, *BOUNDS)), default=list(PEERS))
     parser.add_argument("--vertices", type=int, default=2500, help="of each shape made here")
     parser.add_argument("--cache", type=Path, help="directory to keep degraded meshes in")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
@@ -137,7 +139,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         console.print(f"{pair}: {error}", highlight=False)
     records = [as_record(row) for row in rows]
     _write(arguments.json, {"summaries": summaries, "rows": records, "broken": broken})
-    failed = any(row.failed and row.method not in PEERS for row in rows)
+    failed = any(row.failed and row.method not in PEERS | BOUNDS for row in rows)
     return int(bool(broken) or not rows or failed)
 
 

@@ -34,6 +34,14 @@ def speed_row(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return import_module("speed_row")
 
 
+@pytest.fixture
+def descent(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    module = import_module("descent")
+    monkeypatch.setattr(module, "_SAMPLES", 2000)
+    return module
+
+
 def test_every_method_is_measured_on_every_degraded_shape(tmp_path: Path) -> None:
     results = tmp_path / "engine.json"
 
@@ -126,3 +134,25 @@ def test_an_input_that_is_inside_out_is_not_flipped_by_staying_so(flips: ModuleT
     facing = flips.FacingReference(SurfaceTree(reference))
 
     assert flips.flipped_faces(inside_out, inside_out, facing) == 0
+
+
+def test_the_slope_that_the_descent_follows_is_that_of_the_distance(descent: ModuleType) -> None:
+    reference, draw = sphere(2), np.random.default_rng(0)
+    source = reference.moved_to(reference.vertices + draw.normal(size=(162, 3)) * 0.02)
+    distance = descent.Distance.drawn(source, reference, SurfaceTree(reference), 1)
+    at, way, step = source.vertices.ravel(), draw.normal(size=486), 1e-7
+
+    ahead, behind = (distance.at(at + sign * step * way)[0] for sign in (1, -1))
+
+    assert distance.at(at)[1] @ way == pytest.approx((ahead - behind) / (2 * step), rel=1e-3)
+
+
+def test_the_descent_brings_a_noisy_ball_back(descent: ModuleType) -> None:
+    reference, draw = sphere(2), np.random.default_rng(0)
+    source = reference.moved_to(reference.vertices + draw.normal(size=(162, 3)) * 0.02)
+    tree = SurfaceTree(reference)
+    before = descent.Distance.drawn(source, reference, tree, 1).at(source.vertices.ravel())[0]
+
+    after, _ = descent.descended(source, reference, tree, 1)
+
+    assert after < 0.1 * before
