@@ -52,17 +52,19 @@ def with_file_beside(
     return {**resources, name: read_bytes(path.parent / name)}
 
 
-def files_of(path: Path) -> list[Path]:
+def files_of(path: Path, also: str | None = None) -> list[Path]:
     """A mesh on this machine, and the files beside it that :func:`read_local` reads with it."""
+    listed = [] if also is None else [path.parent / also]
     if not path.is_file():
-        return [path]  # what is read of a pipe here would be missing later
+        return [path, *listed]  # what is read of a pipe here would be missing later
     try:
         with path.open("rb") as file:
             names_files = _names_files(path, file.read(_BEGINNING))
         # Whatever names no files is not read: it can be large.
-        return [path, *_beside(path, path.read_bytes()).values()] if names_files else [path]
+        named = _beside(path, path.read_bytes()).values() if names_files else ()
     except OSError:
-        return [path]
+        named = ()
+    return list(dict.fromkeys([path, *named, *listed]))
 
 
 def names_beside(data: bytes) -> Iterator[str]:

@@ -92,6 +92,22 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
                 )
 
 
+def require_folder(folder: Path) -> None:
+    """Refuse a folder that is not there and cannot be made, before any work is done for it.
+
+    Raises:
+        InputError: a file is in its place or above it, or nothing may be written there.
+    """
+    place = folder
+    while not os.path.lexists(place) and place != place.parent:
+        place = place.parent
+    if not place.is_dir():
+        raise InputError("cannot be made: not a directory", file=str(folder))
+    if not os.access(place, os.W_OK):
+        words = "be written" if place == folder else "be made"
+        raise InputError(f"cannot {words}: permission denied", file=str(folder))
+
+
 def _require_writable(path: Path) -> None:
     if path.is_dir():
         raise InputError("cannot be written: is a directory", file=str(path))

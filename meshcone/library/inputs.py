@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -45,12 +45,14 @@ class LoadedMesh(MeshFile):
         name: file name.
         data: bytes of the file.
         resources: bytes of the files it names, such as the buffers of a ``.gltf``.
-        path: where it was read from; None if it came from memory.
+        path: where it was read from, as it was given; None if it came from memory.
         given: the ``trimesh.Trimesh`` it was made from, if it was.
+        place: where that is, whatever directory the program works in by now.
     """
 
     path: Path | None = None
     given: Any = field(default=None, compare=False)
+    place: Path | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}: {len(self.data):,} bytes>"
@@ -68,7 +70,7 @@ class LoadedMesh(MeshFile):
         if self.given is not None:
             return trimesh.Scene(self.mesh)
         asset = self._asset()
-        beside = _Beside(asset.file.resources, None if asset.packed else self.path)
+        beside = _Beside(asset.file.resources, None if asset.packed else self.place)
         return scene_of(asset, beside)
 
     @cached_property
@@ -97,10 +99,10 @@ class LoadedMesh(MeshFile):
 
     def files(self) -> list[Path]:
         """The files on this machine that were read for it."""
-        if self.path is None:
+        if self.place is None:
             return []
-        beside = (self.path.parent / name for name in self.resources)
-        return list(dict.fromkeys([*files_of(self.path), *filter(Path.is_file, beside)]))
+        beside = (self.place.parent / name for name in self.resources)
+        return list(dict.fromkeys([*files_of(self.place), *filter(Path.is_file, beside)]))
 
     def with_file(self, name: str | None) -> LoadedMesh:
         """The mesh with a file from beside it among its resources, which its options name.
@@ -108,10 +110,9 @@ class LoadedMesh(MeshFile):
         Raises:
             InputError: the file cannot be read.
         """
-        if self.path is None:
+        if self.place is None:
             return self
-        resources = with_file_beside(self.path, self.resources, name)
-        return LoadedMesh(self.name, self.data, resources, self.path, self.given)
+        return replace(self, resources=with_file_beside(self.place, self.resources, name))
 
     def _asset(self) -> Asset:
         from meshcone.assets import read_asset
@@ -152,7 +153,7 @@ def load_unread(mesh: MeshLike, name: str, *, renamed: bool = False) -> LoadedMe
     loaded = _loaded(mesh, name)
     if not renamed or loaded.name == name:
         return loaded
-    return LoadedMesh(name, loaded.data, loaded.resources, loaded.path, loaded.given)
+    return replace(loaded, name=name)
 
 
 def _loaded(mesh: MeshLike, name: str) -> LoadedMesh:
@@ -165,7 +166,7 @@ def _loaded(mesh: MeshLike, name: str) -> LoadedMesh:
     if isinstance(mesh, str | os.PathLike):
         path = Path(mesh)
         file = read_local(path)
-        return LoadedMesh(file.name, file.data, file.resources, path)
+        return LoadedMesh(file.name, file.data, file.resources, path, place=path.absolute())
     if isinstance(mesh, tuple | list) and len(mesh) == 2:  # two of anything else is no mesh
         first, second = mesh
         if isinstance(first, str) and isinstance(second, bytes | bytearray | memoryview):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path, PurePath
@@ -128,7 +128,7 @@ class Refined(MeshHolder):
         detail = self.report.detail
         # With added faces it has other vertices and faces than those that were given.
         given = source.given if detail is None or not detail.divided else None
-        return LoadedMesh(self.name, self.data, source.resources, source.path, given)
+        return replace(source, name=self.name, data=self.data, given=given)
 
     @property
     def mesh(self) -> trimesh.Trimesh:

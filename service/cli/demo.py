@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,7 +18,8 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
-from meshcone.outputs import certificate_path, write_together
+from meshcone.local_files import read_bytes
+from meshcone.outputs import certificate_path, require_places, write_together
 
 if TYPE_CHECKING:
     from service.demo.display import Display
@@ -25,6 +28,17 @@ if TYPE_CHECKING:
 _SOURCE, _REFERENCE, _REFINED = "source.glb", "reference.glb", "refined.glb"
 _REPORT = "report.json"
 _CERTIFICATE = certificate_path(Path(_REPORT)).name
+_DIAGNOSTICS, _BEFORE_AFTER, _CONVERGENCE = "diagnostics.csv", "before-after.png", "convergence.png"
+_WRITTEN = (
+    _SOURCE,
+    _REFERENCE,
+    _REFINED,
+    _REPORT,
+    _CERTIFICATE,
+    _DIAGNOSTICS,
+    _BEFORE_AFTER,
+    _CONVERGENCE,
+)
 
 
 def command(
@@ -50,6 +64,7 @@ def command(
     with interruptible(), Display(console) as display, _working_directory(out, display) as data_dir:
         display.step("making a jug, and a copy of it with noise")
         reference = MeshFile(_REFERENCE, reference_glb())
+        require_own(out, reference.data)
         source = MeshFile(_SOURCE, degraded(reference.data))
         result = run_session(source, reference, data_dir, display)
         display.step("drawing the pictures")
@@ -79,9 +94,9 @@ def _files(source: MeshFile, reference: MeshFile, result: DemoResult) -> dict[st
         _REFINED: result.refined,
         _REPORT: json.dumps(result.report, indent=2).encode() + b"\n",
         **proof,
-        "diagnostics.csv": result.diagnostics_csv.encode(),
-        "before-after.png": draw_before_after(triple, result.report),
-        "convergence.png": draw_convergence(result.report),
+        _DIAGNOSTICS: result.diagnostics_csv.encode(),
+        _BEFORE_AFTER: draw_before_after(triple, result.report),
+        _CONVERGENCE: draw_convergence(result.report),
     }
 
 
@@ -109,6 +124,30 @@ def _make_directory(path: Path) -> None:
         raise InputError(f"cannot be used: {reason}", file=str(path)) from None
 
 
+def require_own(out: Path, jug: bytes) -> None:
+    """Refuse a folder with somebody's files of the demo's names.
+
+    They are the demo's own where its jug is among them: then it was run here before.
+
+    Raises:
+        InputError: there are such files, or one of the demo's cannot be written.
+    """
+    require_places([out / name for name in _WRITTEN], [])
+    there = [name for name in _WRITTEN if os.path.lexists(out / name)]
+    if there and not (_REFERENCE in there and read_bytes(out / _REFERENCE) == jug):
+        raise InputError(
+            f"has files that would be overwritten and that this demo did not write: "
+            f"{', '.join(there)}; give another folder by --out",
+            file=str(out),
+        )
+
+
+def free_place(place: Path) -> Path:
+    """A place of this name, or with a number in it where somebody has a file of the name."""
+    numbered = (place.with_stem(f"{place.stem}-{number}") for number in count(2))
+    return next(each for each in chain([place], numbered) if not os.path.lexists(each))
+
+
 @contextmanager
 def _working_directory(out: Path, display: Display) -> Iterator[Path]:
     """A temporary directory; if what is done in it fails, the service's log outlives it."""
@@ -124,6 +163,7 @@ def _working_directory(out: Path, display: Display) -> Iterator[Path]:
             yield Path(name)
         except Exception:  # whatever it was is raised again; only the log is saved first
             with suppress(OSError):  # why it failed is to be said, not that the log is lost
-                shutil.copyfile(log, out / LOG_NAME)
-                display.step(f"failed: the service's log is in {out / LOG_NAME}")
+                kept = free_place(out / LOG_NAME)
+                shutil.copyfile(log, kept)
+                display.step(f"failed: the service's log is in {kept}")
             raise

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 import os
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from meshcone.errors import InputError
-from meshcone.outputs import require_places
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
@@ -119,15 +119,19 @@ def command(
     if print_profile:
         return _print(profile)
     outputs = Outputs(json_file, junit_file, sarif_file, html_file, markdown_file, pictures)
-    places = outputs.files()
     choice = GateChoice(profile, schema, product, keep, gates)
-    require_places(places, [*choice.files(), *([] if manifest is None else [manifest])])
+    own = [*choice.files(), *([] if manifest is None else [manifest])]
+    outputs.require(own)
     _require_label(label)
     if choice == GateChoice():
         raise InputError("--gates is missing: name the file with the gates to pass, or a --profile")
-    pairs = pairs_to_gate(paths or [], manifest, reference_pattern, always=set(choice.files()))
-    require_places(places, (file for pair in pairs for file in pair.files()))
     options = _options(assignments, per)
+    listed = options.cones.pin.vertices_file
+    pairs = pairs_to_gate(
+        paths or [], manifest, reference_pattern, always=set(choice.files()), listed=listed
+    )
+    read = (file for pair in pairs for file in pair.files(listed))
+    outputs.require(chain(own, read), len(pairs))
     if options.within is not None and not refine:
         raise InputError("option 'within' is a tolerance to refine to: it needs --refine")
     work = _jobs(pairs, choice, options, refine, outputs.viewed, label)

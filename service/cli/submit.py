@@ -141,10 +141,13 @@ def command(
         raise InputError("REFERENCE is missing: only the mode audit can do without")
     outputs = _outputs(put or ())
     listed = options.cones.pin.vertices_file
-    paths = [Path(mesh) for mesh in (source, reference) if mesh and not is_link(mesh)]
-    read = [file for path in paths for file in files_of(path)]
-    if listed is not None and not is_link(source):
-        read.append(Path(source).parent / listed)
+    meshes = [(source, listed), (reference, None)]
+    read = [
+        file
+        for mesh, also in meshes
+        if mesh and not is_link(mesh)
+        for file in files_of(Path(mesh), also)
+    ]
     certificate = certificate_place(report) if options.mode == "refine" else None
     require_places((out, report, certificate), read)
     source_file = _file("source", source, source_secret, source_sha256, listed)

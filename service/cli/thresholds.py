@@ -60,8 +60,9 @@ def command(
     from service.gating.matching import pairs_to_gate
 
     pairs = pairs_to_gate(paths, None, reference_pattern, always=set())
-    require_places([out], (file for pair in pairs for file in pair.files()))
     options = options_from(assignments)
+    listed = options.cones.pin.vertices_file
+    require_places([out], (file for pair in pairs for file in pair.files(listed)))
     work = [
         GateJob(
             pair,

@@ -82,7 +82,11 @@ class ReferencePattern:
 
 
 def pairs_to_gate(
-    paths: list[Path], manifest: Path | None, pattern: str | None, always: set[Path]
+    paths: list[Path],
+    manifest: Path | None,
+    pattern: str | None,
+    always: set[Path],
+    listed: str | None = None,
 ) -> list[Pair]:
     """The pairs that a command line asks for.
 
@@ -92,6 +96,7 @@ def pairs_to_gate(
         manifest: a file that lists pairs, or a glob of sources.
         pattern: where the references of a glob or folder are; without one, they have none.
         always: files that concern every pair if they are among ``paths``.
+        listed: the file beside each source that the options name.
 
     Raises:
         InputError: the arguments do not fit each other, or no mesh is found.
@@ -113,7 +118,7 @@ def pairs_to_gate(
         path.resolve() for path in paths
     ):
         return pairs
-    return [pair for pair in pairs if pair.has(paths)]
+    return [pair for pair in pairs if pair.has(paths, listed)]
 
 
 def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]:

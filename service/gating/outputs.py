@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from meshcone.errors import InputError
 from meshcone.gates.results import GateRun
-from meshcone.outputs import write_together
+from meshcone.outputs import require_folder, require_places, write_together
 
 MOST_PICTURES = 12
 
@@ -29,10 +29,23 @@ class Outputs:
     markdown: Path | None = None
     pictures: Path | None = None
 
-    def files(self) -> list[Path]:
-        """The files whose places are known before there is a run."""
-        named = (self.json, self.junit, self.sarif, self.html, self.markdown)
-        return [path for path in named if path is not None]
+    def require(self, inputs: Iterable[Path], pairs: int = 0) -> None:
+        """Refuse places that cannot be written, before there is a run.
+
+        Args:
+            inputs: what was read or will be.
+            pairs: how many there are to judge, each of which may get a picture.
+
+        Raises:
+            InputError: as :func:`meshcone.outputs.require_places`.
+        """
+        places = [self.json, self.junit, self.sarif, self.html, self.markdown]
+        if self.pictures is not None:
+            require_folder(self.pictures)
+            # In a folder that is yet to be made there is nothing that a picture could replace.
+            if self.pictures.is_dir():
+                places += map(self._picture, range(min(pairs, MOST_PICTURES)))
+        require_places(places, inputs)
 
     @property
     def viewed(self) -> bool:

@@ -42,15 +42,24 @@ class Pair:
     reference: Place | None
     level: int | None = None
 
-    def has(self, files: Iterable[Path]) -> bool:
-        """Whether one of these files is its source, its reference or one that they name."""
-        own = {file.resolve() for file in self.files()}
+    def has(self, files: Iterable[Path], listed: str | None = None) -> bool:
+        """Whether one of these files is its source, its reference or one that goes with them."""
+        own = {file.resolve() for file in self.files(listed)}
         return any(file.resolve() in own for file in files)
 
-    def files(self) -> list[Path]:
-        """The meshes of this machine and the files beside them that they name."""
-        places = (self.source, self.reference)
-        return [file for place in places if isinstance(place, Path) for file in files_of(place)]
+    def files(self, listed: str | None = None) -> list[Path]:
+        """The meshes of this machine, the files beside them that they name, and one more.
+
+        Args:
+            listed: the file beside the source that its options name.
+        """
+        places = ((self.source, listed), (self.reference, None))
+        return [
+            file
+            for place, also in places
+            if isinstance(place, Path)
+            for file in files_of(place, also)
+        ]
 
 
 def single_pair(source: Path, reference: Path | None) -> Pair:

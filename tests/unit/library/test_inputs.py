@@ -222,3 +222,18 @@ def test_a_mesh_that_cannot_be_used_is_an_input_error_that_says_why(given: Any, 
         meshcone.load(given)
 
     assert said in str(error.value)
+
+
+def test_a_mesh_knows_its_files_from_another_directory_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    Path("ball.obj").write_bytes(OBJ)
+    Path("pins.txt").write_text("0\n")
+    loaded = meshcone.load("ball.obj")
+    monkeypatch.chdir("elsewhere")
+
+    assert loaded.files() == [tmp_path / "ball.obj"]
+    assert loaded.with_file("pins.txt").files() == [tmp_path / "ball.obj", tmp_path / "pins.txt"]
+    assert loaded.path == Path("ball.obj")

@@ -73,3 +73,17 @@ def test_a_folder_that_cannot_be_made_is_told_and_nothing_is_written(tmp_path: P
         Outputs(json=tmp_path / "gate.json", pictures=tmp_path / "taken").write(run)
 
     assert not (tmp_path / "gate.json").exists()
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused_before_the_run(tmp_path: Path) -> None:
+    (tmp_path / "taken").touch()
+
+    for folder in ("taken", "taken/below"):
+        with pytest.raises(InputError, match="cannot be made: not a directory"):
+            Outputs(pictures=tmp_path / folder).require([])
+
+
+def test_pictures_of_an_earlier_run_may_be_replaced(tmp_path: Path) -> None:
+    (tmp_path / "asset-1.png").touch()
+
+    Outputs(pictures=tmp_path).require([tmp_path / "mug.obj"], pairs=1)

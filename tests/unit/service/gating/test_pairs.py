@@ -174,3 +174,12 @@ def test_reports_name_files_from_where_one_is(
 
     assert shown(inside) == "props/a.obj"
     assert shown(outside) == outside.as_posix()
+
+
+def test_the_list_of_vertices_beside_a_source_is_one_of_its_files(tmp_path: Path) -> None:
+    pair = single_pair(tmp_path / "a" / "mug.obj", tmp_path / "b" / "mug.obj")
+    listed = tmp_path / "a" / "pins.txt"
+
+    assert pair.has([listed], "pins.txt")
+    assert not pair.has([listed])
+    assert not pair.has([tmp_path / "b" / "pins.txt"], "pins.txt")
