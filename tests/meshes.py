@@ -40,6 +40,20 @@ def sheet(rows: int, columns: int) -> Mesh:
     return Mesh(vertices, _grid_faces(rows, columns, wrap_rows=False, wrap_columns=False))
 
 
+def joined_halves(left: int, right: int, gap: float = 0.0) -> Mesh:
+    """Two unit squares side by side, of so many cells along each side.
+
+    Vertices at one place are one; where the numbers differ, the others lie on the edges across.
+    """
+    one, other = (sheet(cells + 1, cells + 1) for cells in (left, right))
+    shifted = other.vertices / right + np.array([1.0 + gap, 0, 0])
+    places, index = np.unique(
+        np.concatenate([one.vertices / left, shifted]), axis=0, return_inverse=True
+    )
+    faces = np.concatenate([one.faces, other.faces + len(one.vertices)])
+    return Mesh(places, index.ravel()[faces])
+
+
 def noisy(mesh: Mesh, sigma: float, seed: int = 0) -> Mesh:
     """The mesh with Gaussian noise on every coordinate."""
     noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape) * sigma

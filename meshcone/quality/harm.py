@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from meshcone.quality.contacts import Contacts, border_contacts
 from meshcone.quality.cracks import count_cracks
 from meshcone.quality.facing import orientation_of
 from meshcone.quality.intersections import count_self_intersections, self_intersections
@@ -161,7 +162,15 @@ class HarmCheck:
         torn = self._growth(now, lambda examined: examined.cracks, allowed)
         if torn > allowed:
             found.append(f"{torn:,} more edges of open borders lie along another border")
-        return found
+        return found + self._torn_open(now)
+
+    def _torn_open(self, now: Examined) -> list[str]:
+        """Say whether vertices have left the borders that they lie on, which none may."""
+        opened, gaps = self._contacts.opened(now.mesh.vertices)
+        if not opened.any():
+            return []
+        widest = gaps[opened].max()
+        return [f"a border opens by {widest:.3g} of the radius where another lies on it"]
 
     def places(self, now: Examined) -> Bools:
         """Find the vertices around what speaks against a mesh, (n,).
@@ -189,6 +198,8 @@ class HarmCheck:
         if self.defects(now):
             faces |= now.opposed_faces & ~self.input.opposed_faces
             faces[self._newly_crossing(now)] = True
+        opened, _ = self._contacts.opened(now.mesh.vertices)
+        vertices[self._contacts.touching(opened)] = True
         vertices[self.source.faces[faces]] = True
         return vertices
 
@@ -208,6 +219,10 @@ class HarmCheck:
             return 0
         before = count(self.input)
         return 0 if before is None else after - before
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return border_contacts(self.source, self._pairs)
 
     @cached_property
     def _crossing_of_reference(self) -> int:

@@ -7,7 +7,7 @@ import pytest
 
 from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree
-from tests.meshes import noisy, sheet, sphere
+from tests.meshes import joined_halves, noisy, sheet, sphere
 
 REFERENCE = sphere(3)
 
@@ -138,3 +138,17 @@ def test_a_mesh_inside_out_as_a_whole_turns_no_more_faces_over_by_staying_so(see
     inside_out = Mesh(REFERENCE.vertices, REFERENCE.faces[:, ::-1])
 
     assert check(noisy(inside_out, 0.02, seed)).objections(REFERENCE.vertices) == []
+
+
+def test_a_seam_that_opens_is_worse_though_every_distance_falls() -> None:
+    seam = joined_halves(2, 4)
+    source = seam.moved_to(seam.vertices + np.array([0, 0, 0.1]))
+    answer = seam.vertices.copy()
+    answer[(seam.vertices[:, :2] == [1, 0.25]).all(axis=1), 2] = 0.05
+
+    held = check(source, sheet(3, 2))
+    [objection] = held.objections(answer)
+
+    assert objection == "a border opens by 0.05 of the radius where another lies on it"
+    torn = held.places(held.examine(answer))
+    np.testing.assert_array_equal(seam.vertices[torn], [[1, 0, 0], [1, 0.25, 0], [1, 0.5, 0]])
