@@ -22,6 +22,7 @@ from meshcone.gates.rules import Allowed
 from meshcone.options import Mode
 from meshcone.quality.deviation.records import DistanceInterval, ShareInterval
 from meshcone.report.report import AnyReport
+from meshcone.text import printable
 
 PERCENTILE = 99.0
 
@@ -97,7 +98,8 @@ def gate_file(proposed: Sequence[Threshold], assets: int) -> str:
             why += f"; would fail {', '.join(each.beyond)}"
         if each.assets < assets:
             why += f"; known of {each.assets:,} of {assets:,}"
-        lines.append(f'"{each.key}" = {{ {each.side} = {bound} }}  # {" ".join(why.split())}')
+        why = printable(" ".join(why.split()))  # a comment in TOML may not hold the rest
+        lines.append(f'"{each.key}" = {{ {each.side} = {bound} }}  # {why}')
     return "\n".join(lines) + "\n"
 
 

@@ -14,6 +14,7 @@ from meshcone.local_files import files_of, read_local
 from meshcone.outputs import require_places, write_together
 from service.cli.arguments import Assignments, options_from
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
+from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from meshcone.auditing.records import AssetAudit, Changes
@@ -66,7 +67,7 @@ def command(
         typer.echo(done.model_dump_json(indent=2))
     else:
         for line in _lines(done):
-            typer.echo(line)
+            tell(line)
     passed = done.gates is None or done.gates.verdict == "pass"
     return 0 if passed else _NOT_PASSED
 

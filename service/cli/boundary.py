@@ -14,6 +14,7 @@ import typer
 from typer.main import get_command
 
 from meshcone.errors import InternalError, MeshConeError
+from meshcone.text import printable
 from meshcone.threads import use_one_thread
 from service.cli.streams import lasting_streams
 
@@ -81,5 +82,5 @@ def _fail(message: str, code: int) -> int:
     if os.environ.get("MESHCONE_DEBUG") == "1":
         traceback.print_exc()
     with suppress(OSError):  # nobody can be told
-        print("meshcone:", " ".join(message.split()), file=sys.stderr)
+        print("meshcone:", printable(" ".join(message.split())), file=sys.stderr)
     return code

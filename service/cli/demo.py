@@ -20,6 +20,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.local_files import read_bytes
 from meshcone.outputs import certificate_path, require_places, write_together
+from meshcone.text import printable
 
 if TYPE_CHECKING:
     from service.demo.display import Display
@@ -60,7 +61,7 @@ def command(
     from service.demo.summary import summary_lines
 
     _make_directory(out)
-    console = Console()
+    console = Console(markup=False, emoji=False)  # the folder's name is no markup
     with interruptible(), Display(console) as display, _working_directory(out, display) as data_dir:
         display.step("making a jug, and a copy of it with noise")
         reference = MeshFile(_REFERENCE, reference_glb())
@@ -74,7 +75,9 @@ def command(
     for line in summary_lines(result.report):
         console.print(line, highlight=False, soft_wrap=True)
     console.print(
-        f"files          in {out}: {', '.join(contents)}", highlight=False, soft_wrap=True
+        f"files          in {printable(str(out))}: {', '.join(contents)}",
+        highlight=False,
+        soft_wrap=True,
     )
     if result.certificate is not None:
         console.print("check it again with", highlight=False)
@@ -165,5 +168,5 @@ def _working_directory(out: Path, display: Display) -> Iterator[Path]:
             with suppress(OSError):  # why it failed is to be said, not that the log is lost
                 kept = free_place(out / LOG_NAME)
                 shutil.copyfile(log, kept)
-                display.step(f"failed: the service's log is in {kept}")
+                display.step(f"failed: the service's log is in {printable(str(kept))}")
             raise

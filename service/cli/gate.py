@@ -14,6 +14,7 @@ from meshcone.errors import InputError
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
+from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from meshcone.gates.results import GateRun
@@ -238,15 +239,15 @@ def show_run(run: GateRun) -> None:
             message = " ".join(asset.error.message.split())
             # Most messages name a file by its last part, which several pairs may share.
             named = len(run.assets) == 1 or message.startswith(f"{asset.name}: ")
-            typer.echo(f"meshcone: {'' if named else f'{asset.name}: '}{message}", err=True)
+            tell(f"meshcone: {'' if named else f'{asset.name}: '}{message}", err=True)
     if len(run.assets) == 1:
         for line in check_lines(run.assets[0]):
-            typer.echo(line)
+            tell(line)
         return
     Console().print(summary_table(run))
     for line in finding_lines(run):
-        typer.echo(line)
-    typer.echo(closing_line(run))
+        tell(line)
+    tell(closing_line(run))
 
 
 def exit_code_of(run: GateRun) -> int:

@@ -11,6 +11,7 @@ import typer
 
 from meshcone.errors import InputError
 from meshcone.suggestions import did_you_mean
+from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from service.access.keys import KeyStore, Scope
@@ -66,9 +67,7 @@ def show(data_dir: DataDirectory = None) -> None:
         keys = store.all()
     for key in keys:
         created = key.created.astimezone().isoformat(timespec="seconds")
-        typer.echo(
-            f"{key.id}  {created}  {','.join(key.scopes):<18}  {key.project:<12}  {key.name}"
-        )
+        tell(f"{key.id}  {created}  {','.join(key.scopes):<18}  {key.project:<12}  {key.name}")
 
 
 @commands.command("revoke")

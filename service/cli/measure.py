@@ -10,6 +10,7 @@ from meshcone.errors import InputError
 from meshcone.local_files import read_local
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
+from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from meshcone.report.report import MeasureReport
@@ -67,7 +68,7 @@ def _print_table(report: MeasureReport) -> None:
     sampling = document["quality"]["conventions"]
     console = Console(soft_wrap=True, highlight=False)
     if report.statement is not None:
-        console.print(report.statement, markup=False)
+        tell(report.statement)
     console.print(metrics_table(document))
     if document["quality"]["per"] is not None:
         console.print(parts_table(document["quality"]["per"]))
@@ -85,4 +86,4 @@ def _print_table(report: MeasureReport) -> None:
             f"{label(each.status, each.severity):<15}{each.words}" for each in report.gates.checks
         ]
     for line in lines:
-        console.print(line, markup=False)
+        tell(line)

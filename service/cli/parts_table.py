@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from meshcone.text import printable
 from service.cli.metrics_table import written
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ def parts_table(per: Mapping[str, Any]) -> Table:
     """A row for each part, the worst first: what is missing of it, and what is there besides."""
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     left = per["count"] - min(len(per["parts"]), _SHOWN)
     caption = f"and {left:,} more that are no worse" if left else None
@@ -34,5 +36,6 @@ def parts_table(per: Mapping[str, Any]) -> Table:
             for side in ("missing", "extra")
             for name in _COLUMNS
         ]
-        table.add_row(part["name"] or "(no name)", _FOUND[part["found"]], *cells)
+        shown = Text(printable(part["name"] or "(no name)"))  # a string would be read as markup
+        table.add_row(shown, _FOUND[part["found"]], *cells)
     return table

@@ -12,6 +12,7 @@ from meshcone.outputs import certificate_path
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
 from service.cli.missed import MISSED_SECTIONS, missed_lines
 from service.cli.progress_bar import progress_bar
+from service.cli.telling import tell
 
 _NOT_REACHED = 1
 
@@ -89,12 +90,12 @@ def command(
     refined.save(out, report=report, html=html)
     done = refined.report
     if done.statement is not None and not quiet:
-        typer.echo(done.statement)
+        tell(done.statement)
     for warning in done.warnings:
-        typer.echo(f"warning        {warning}", err=True)
+        tell(f"warning        {warning}", err=True)
     lines = missed_lines(done.model_dump(include=set(MISSED_SECTIONS)))
     for line in lines:
-        typer.echo(line, err=True)
+        tell(line, err=True)
     if quiet:
         return _NOT_REACHED if lines else 0
     beside = [report] if report is not None else []
@@ -113,17 +114,17 @@ def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
     proof = kept_words(report)
     if certificate is not None:
         proof = "holds" if certificate["holds"] else "does not hold"
-    typer.echo(outcome_line(report))
+    tell(outcome_line(report))
     if report["detail"] is not None:
         found = report["detail"]
         words = f"{found['faces_before']:,} → {found['faces_after']:,} faces"
-        typer.echo(f"detail         {words}, in {found['levels']} levels; {found['stopped']}")
-    typer.echo(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
+        tell(f"detail         {words}, in {found['levels']} levels; {found['stopped']}")
+    tell(f"deviation      mean {mean}, worst vertex {worst}, as shares of the radius")
     if quality["per"] is not None:
         from rich.console import Console
 
         from service.cli.parts_table import parts_table
 
         Console(soft_wrap=True, highlight=False).print(parts_table(quality["per"]))
-    typer.echo(f"certificate    {proof}")
-    typer.echo(f"files          {', '.join(map(str, written))}")
+    tell(f"certificate    {proof}")
+    tell(f"files          {', '.join(map(str, written))}")

@@ -16,6 +16,7 @@ from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.missed import missed_lines
 from service.cli.progress_bar import progress_bar
+from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from meshcone.files import MeshFile
@@ -169,7 +170,7 @@ def command(
                 outputs=outputs,
             )
             if out is None and report is None:
-                typer.echo(f"{server.rstrip('/')}{job.links.self}")
+                tell(f"{server.rstrip('/')}{job.links.self}")
                 return 0
             ended = _ended(client, job)
             contents = _results(client, ended, out, report)
@@ -180,7 +181,7 @@ def command(
             raise InternalError(f"the service does not answer: {error}") from None
     write_together(contents)
     for line in missed:
-        typer.echo(line, err=True)
+        tell(line, err=True)
     return _NOT_REACHED if missed else 0
 
 
@@ -199,7 +200,7 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
     with connect(server) as client:
         try:
             sent = client.submit_batch(pairs, document)
-            typer.echo(f"{server.rstrip('/')}{sent.links.self}", err=True)
+            tell(f"{server.rstrip('/')}{sent.links.self}", err=True)
             client.wait_for_batch(sent.id, timeout=_JOB_TIMEOUT)
             run = client.batch_result(sent.id)
         except TimeoutError as error:

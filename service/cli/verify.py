@@ -10,6 +10,7 @@ import typer
 from meshcone.errors import InputError
 from meshcone.local_files import read_bytes, read_local
 from meshcone.outputs import certificate_path
+from service.cli.telling import tell
 
 _FAILED = 1  # exit code
 
@@ -55,5 +56,6 @@ def command(
     if replay:
         from meshcone.verbs.replay import verify_by_replay as verify  # loads the solver: 2.5 s
     verification = verify(read, *evidence)
-    typer.echo(str(verification))
+    for line in str(verification).split("\n"):
+        tell(line)
     return 0 if verification.ok else _FAILED

@@ -20,7 +20,7 @@ class Display:
         self._console = console
         self._started = time.monotonic()
         self._bar = Progress(
-            TextColumn("        {task.description}"),
+            TextColumn("        {task.description}", markup=False),
             BarColumn(),
             TaskProgressColumn(),
             TimeElapsedColumn(),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from meshcone.gates.results import AssetResult, GateRun
 from meshcone.gates.words import label
+from meshcone.text import printable
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -24,7 +25,7 @@ def progress_bar(total: int) -> Iterator[Callable[[AssetResult], None]]:
         TextColumn("gate"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         TimeElapsedColumn(),
     )
     with Progress(
@@ -46,6 +47,7 @@ def summary_table(run: GateRun) -> Table:
     """A row for each asset: its verdict, how many checks it passed, how long it took."""
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("asset", overflow="fold")
@@ -56,7 +58,7 @@ def summary_table(run: GateRun) -> Table:
         checks = asset.checks()
         passed = sum(check.status == "pass" for check in checks)
         table.add_row(
-            asset.name,
+            Text(printable(asset.name)),  # a string would be read as markup
             _shown(asset.ending),
             f"{passed} of {len(checks)}" if checks else "-",
             f"{asset.seconds:.2f}",

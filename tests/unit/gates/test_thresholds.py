@@ -87,7 +87,7 @@ def test_every_accepted_asset_passes_the_gates_proposed_from_all() -> None:
 
 
 def test_names_of_assets_cannot_break_the_file() -> None:
-    text = gate_file(thresholds([("a\nb = 1 #", audited(0)), ("c", audited(1))]), 2)
+    text = gate_file(thresholds([("a\nb\x1b = 1 #", audited(0)), ("c", audited(1))]), 2)
 
     assert set(tomllib.loads(text)) == {"gates"}
 
