@@ -77,7 +77,10 @@ def bindings(asset: Asset, content: Content, keys: list[str]) -> dict[str, Bindi
 def _of_draw(
     draw: Draw, corners: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], list[int], NDArray[np.float64]] | None:
-    """Area and moments (4,), joints, and (j, 4) theirs by weight; None without finite weights."""
+    """Area and moments (4,), joints, and (j, 4) theirs by weight; None without weights.
+
+    Where weights are no numbers nothing follows any joint.
+    """
     sets = [
         (draw.attributes[f"JOINTS_{n}"].at_corners(), draw.attributes[f"WEIGHTS_{n}"].at_corners())
         for n in range(_SETS)
@@ -87,9 +90,11 @@ def _of_draw(
         return None
     joints = np.concatenate([each for each, _ in sets], axis=2)
     weights = np.concatenate([each for _, each in sets], axis=2)
+    placed = np.isfinite(corners).all(axis=(1, 2))
+    joints, weights, corners = joints[placed], weights[placed], corners[placed]
+    usable = (np.isfinite(joints) & np.isfinite(weights)).all(axis=2, keepdims=True)
+    joints, weights = np.where(usable, joints, 0.0), np.where(usable, weights, 0.0)
     total = np.abs(weights).sum(axis=2, keepdims=True)
-    if not (np.isfinite(joints).all() and np.isfinite(total).all() and np.isfinite(corners).all()):
-        return None
     sides = corners[:, 1:] - corners[:, :1]
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
     portion = area[:, None, None] / 3 * np.divide(weights, np.where(total > 0, total, 1.0))

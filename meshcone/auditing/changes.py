@@ -187,7 +187,7 @@ def _valued(
     for name in [each for each in reference if each in source and each not in told]:
         pair = valued[0].differing(valued[1], reference[name], source[name])
         if pair is not None:
-            before, after = pair[0].words(), pair[1].words()
+            before, after = (each.words() if each else "none that can be read" for each in pair)
             words = "runs otherwise along the mesh" if what == "uv_sets" else "has other values"
             yield _change("altered", what, name, words, before=before, after=after)
 

@@ -305,11 +305,13 @@ def _use(use: TextureUse, digests: Sequence[str]) -> str:
 
 def _animation(animation: Animation, content: Content) -> Fact:
     channels = sorted(_target(each, content) for each in animation.channels)
+    broken = sum(not each.finite for each in animation.channels)
     return Fact(
         {
             "duration": f"{animation.duration:.4g} s",
             "set of channels": ", ".join(channels),
             "number of keys": str(sum(each.keys for each in animation.channels)),
+            **({"channels that are no numbers": str(broken)} if broken else {}),
         }
     )
 

@@ -10,6 +10,8 @@ from meshcone.surface.arrays import Floats, Ints
 
 _SAME_TILT = 30.0  # degrees, on average; noise tilts faces under their normals, too
 _SAME_SIDES = 0.1  # of the area
+_SAME_NUMBERS = 0.05  # of the area
+_LEAST_LACKING = 1e-9  # of the area: what is less is rounding
 _LEAST_SHIFT = 1e-4  # of the mesh's size: what adds less in a morph target is not told apart
 _LEAST_TURN = 0.01
 
@@ -64,6 +66,7 @@ class Field:
         size: of the mesh: root of the mean squared distance from its middle.
         tilt: mean angle of normals to their faces in degrees; None for others.
         turned: share of the area where tangents are left-handed; None for others.
+        lacking: share of the area where a value is no number; all else is of the rest.
     """
 
     kind: Kind
@@ -73,10 +76,18 @@ class Field:
     size: float
     tilt: float | None = None
     turned: float | None = None
+    lacking: float = 0.0
 
     def is_like(self, other: Field) -> bool:
-        """Whether both are about the same."""
+        """Whether a later field is about the same.
+
+        However little of it is no number, it is another one if this is of numbers alone.
+        """
         if len(self.mean) != len(other.mean):
+            return False
+        if other.lacking and not self.lacking:
+            return False
+        if abs(self.lacking - other.lacking) > _SAME_NUMBERS:
             return False
         if _apart(self.tilt, other.tilt) > _SAME_TILT:
             return False
@@ -92,12 +103,16 @@ class Field:
 
     def words(self) -> str:
         """Mean, spread, and how the values run along the mesh."""
+        if not len(self.mean):
+            return "no numbers"
         told = [f"mean {_numbers(self.mean)}", f"spread {self.spread:.3g}"]
         told.append("along x, y, z " + "; ".join(_numbers(row[:3]) for row in self.along))
         if self.tilt is not None:
             told.append(f"{self.tilt:.3g}° from the faces")
         if self.turned is not None:
             told.append(f"left-handed on {100 * self.turned:.3g} %")
+        if self.lacking:
+            told.append(f"no numbers on {100 * self.lacking:.3g} %")
         return ", ".join(told)
 
     def _unit(self) -> float:
@@ -161,6 +176,7 @@ class FieldSum:
         self._squares = self._turned = 0.0
         self._leaning = 0.0, 0.0  # degrees by area, and area
         self._has_turned = False
+        self._lacking = 0.0
 
     def add(self, shares: Shares, values: Floats, turned: Floats | None = None) -> None:
         """Add triangles.
@@ -189,9 +205,16 @@ class FieldSum:
         degrees, whole = float(area[known] @ tilt[known]), float(area[known].sum())
         self._leaning = self._leaning[0] + degrees, self._leaning[1] + whole
 
+    def lack(self, area: float) -> None:
+        """Add the area of triangles with a value that is no number."""
+        self._lacking += area
+
     def total(self) -> Field | None:
         """The field; None where nothing is known."""
         area = float(self._sums[0, 0]) if self._sums.size else 0.0
+        lacking = self._lacking / ((self._lacking + area) or 1.0)
+        if self._origin is None and self._lacking > 0:
+            return Field(self._kind, np.zeros(0), 0.0, np.zeros((0, 6)), 0.0, lacking=lacking)
         if self._origin is None or not (area > 0 and np.isfinite(self._sums).all()):
             return None
         means = self._sums / area
@@ -215,6 +238,7 @@ class FieldSum:
             if self._leaning is None or not self._leaning[1]
             else self._leaning[0] / self._leaning[1],
             turned=self._turned / area if self._has_turned else None,
+            lacking=lacking if lacking > _LEAST_LACKING else 0.0,
         )
 
 

@@ -46,21 +46,26 @@ class Fields:
 
     def differing(
         self, other: Fields, here: tuple[str, str], there: tuple[str, str]
-    ) -> tuple[Field, Field] | None:
-        """The first values of two that differ; None where none do that both files have.
+    ) -> tuple[Field | None, Field | None] | None:
+        """The first values of two that differ; None where none do that are drawn in both files.
+
+        Values of which nothing is known in one file alone, because they cannot be read, differ.
 
         Args:
             other: those of the other file.
             here: mesh and attribute, or morph target, of this one.
             there: the same of the other one.
         """
+        if here[0] not in self._draws or there[0] not in other._draws:
+            return None
         for suffix in self._suffixes(*here):
-            first: tuple[Field, Field] | None = None
+            first: tuple[Field | None, Field | None] | None = None
             # Where a mesh is drawn first may differ, and so may the units it is stored in.
             for stored in (False, True):
                 one = self._field(here[0], here[1] + suffix, stored=stored)
                 two = other._field(there[0], there[1] + suffix, stored=stored)
-                if one is None or two is None or one.is_like(two):
+                alike = one is two if one is None or two is None else one.is_like(two)
+                if alike:
                     first = None
                     break
                 first = first or (one, two)
@@ -87,7 +92,9 @@ class Fields:
             shares = self._shares(mesh, draw, attribute.corners, stored=stored)
             values = attribute.read(shares.rows)
             if not np.isfinite(values).all():
+                whole = float(shares.area.sum())
                 shares = self._of_numbers(draw, attribute, values, shares.rows, stored=stored)
+                total.lack(max(whole - float(shares.area.sum()), 0.0))
                 values = attribute.read(shares.rows)
             turned = None
             if name == "TANGENT" and values.shape[1] > 3:

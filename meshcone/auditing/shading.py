@@ -9,7 +9,7 @@ import numpy as np
 from meshcone.assets.content import Draw
 from meshcone.auditing.records.shading import Shading
 from meshcone.auditing.subject import Subject
-from meshcone.surface.arrays import Floats, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, row_dot, row_lengths
 
 _UNIT = 0.01  # more than this off 1 is no unit vector; 8 bits store one to .004
 
@@ -37,7 +37,8 @@ def _counts(subject: Subject, draw: Draw) -> Iterator[tuple[str, int]]:
         yield "without_normals", corners
     else:
         faces = np.repeat(subject.listed.face_normals[draw.rows][solid], 3, axis=0)
-        yield from _normals(_world(draw, normals[solid].reshape(-1, 3)), faces)
+        absent = draw.attributes["NORMAL"].corners[solid].ravel() < 0
+        yield from _normals(_world(draw, normals[solid].reshape(-1, 3)), faces, absent)
     tangents = subject.corners(draw, "TANGENT")
     if tangents is not None:
         yield from _tangents(tangents[solid].reshape(-1, tangents.shape[2]))
@@ -45,8 +46,8 @@ def _counts(subject: Subject, draw: Draw) -> Iterator[tuple[str, int]]:
         yield "without_tangents", corners
 
 
-def _normals(normals: Floats, faces: Floats) -> Iterator[tuple[str, int]]:
-    absent = np.isnan(normals).all(axis=1)
+def _normals(normals: Floats, faces: Floats, absent: Bools) -> Iterator[tuple[str, int]]:
+    # A normal that is stored and no number is there, and wrong.
     lengths = row_lengths(normals)
     usable = np.isfinite(lengths) & (lengths > 0)
     yield "without_normals", int(np.count_nonzero(absent))

@@ -36,6 +36,20 @@ def test_an_animation_that_moves_otherwise_is_altered(
     assert counted(changes_between(asset_of(swinging(0, 1, 0)), asset_of(source))) == found
 
 
+def test_an_animation_whose_values_became_no_numbers_is_altered() -> None:
+    one, other = swinging(0, 1, 0), swinging(0, np.nan, 0)
+    for document in (one, other):  # another channel, which keeps the duration
+        [animation] = document.json["animations"]
+        animation["samplers"].append(dict(whole().json["animations"][0]["samplers"][0]))
+        target = {"node": 1, "path": "translation"}
+        animation["channels"].append({"sampler": 1, "target": target})
+
+    changes = changes_between(asset_of(one), asset_of(other))
+
+    assert counted(changes) == {"altered.animations": 1}
+    assert "differs in channels that are no numbers: 1" in changes.rows[0].words
+
+
 def test_an_animation_in_steps_moves_otherwise() -> None:
     stepped = swinging(0, 1, 0)
     stepped.json["animations"][0]["samplers"][0]["interpolation"] = "STEP"
@@ -94,6 +108,16 @@ def test_vertices_that_follow_another_joint_are_told_though_nothing_moves_at_res
 
     assert counted(found) == {"altered.skins": 1}
     assert "'squares: bone' moves another part" in found.rows[0].words
+
+
+def test_vertices_whose_weights_became_no_numbers_follow_no_joint() -> None:
+    damaged = bound(0)
+    weights = damaged.accessor(np.full((4, 4), np.nan, dtype="<f4"))
+    damaged.json["meshes"][0]["primitives"][1]["attributes"]["WEIGHTS_0"] = weights
+
+    changes = changes_between(asset_of(bound(0)), asset_of(damaged))
+
+    assert counted(changes) == {"altered.skins": 1}
 
 
 def lit(**told: object) -> Document:

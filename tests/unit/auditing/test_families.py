@@ -154,6 +154,18 @@ def test_normals_against_the_winding_and_broken_ones_are_counted() -> None:
     assert found.not_unit_normals == 2
 
 
+def test_normals_that_are_no_numbers_are_there_and_wrong() -> None:
+    found = audit(one_square(NORMAL=np.full((4, 3), np.nan, dtype="<f4"))).shading
+
+    assert (found.corners, found.zero_normals, found.without_normals) == (6, 6, 0)
+
+
+def test_corners_of_an_obj_without_a_normal_have_none() -> None:
+    found = audit_obj(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 2\n").shading
+
+    assert (found.corners, found.zero_normals, found.without_normals) == (6, 0, 3)
+
+
 def test_normals_of_mirroring_and_squeezing_nodes_are_turned_as_viewers_do() -> None:
     vertices, faces = shapes.sphere(2)
     ball = trimesh.Trimesh(vertices, faces)

@@ -160,6 +160,52 @@ def test_a_change_of_values_is_told_in_words() -> None:
     assert str(row.reference).startswith("mean 0 0 0, spread 0.1, along x, y, z 0.033")
 
 
+def no_numbers(share: float) -> Damage:
+    """Sets this share of the values to NaN."""
+
+    def damage(values: Values) -> Values:
+        damaged = values.copy()
+        damaged[: round(share * len(values))] = np.nan
+        return damaged
+
+    return damage
+
+
+@pytest.mark.parametrize("share", [1.0, 0.01])
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("NORMAL", "attributes"),
+        ("COLOR_0", "color_sets"),
+        ("TEXCOORD_0", "uv_sets"),
+        ("_HEIGHT", "attributes"),
+        ("target_0", "morph_targets"),
+    ],
+)
+def test_values_that_became_no_numbers_are_other_values(name: str, what: str, share: float) -> None:
+    assert against_the_ball(ball(**{name: no_numbers(share)})) == {f"altered.{what}": 1}
+
+
+def test_values_that_never_were_numbers_are_no_other_values() -> None:
+    one, other = (asset_of(ball(COLOR_0=no_numbers(share))) for share in (0.5, 0.5))
+
+    assert counted(changes_between(one, other)) == {}
+
+
+def test_a_repair_of_a_few_values_that_are_no_numbers_alters_nothing() -> None:
+    damaged = asset_of(ball(NORMAL=no_numbers(0.01)))
+
+    assert counted(changes_between(damaged, asset_of(ball()))) == {}
+
+
+def test_a_morph_target_that_moves_normals_no_more_is_altered() -> None:
+    one, other = ball(2), ball(2)
+    shifts = one.accessor(0.1 * np.ones((len(meshes.sphere(2).vertices), 3), dtype="<f4"))
+    one.json["meshes"][0]["primitives"][0]["targets"][0]["NORMAL"] = shifts
+
+    assert counted(changes_between(asset_of(one), asset_of(other))) == {"altered.morph_targets": 1}
+
+
 @pytest.mark.parametrize("level", [1, 2, 4])
 def test_a_coarser_or_finer_mesh_has_the_same_values(level: int) -> None:
     assert against_the_ball(ball(level)) == {}
