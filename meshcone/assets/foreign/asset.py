@@ -23,6 +23,7 @@ from meshcone.assets.foreign.off import read_off
 from meshcone.assets.foreign.ply import read_ply
 from meshcone.assets.foreign.polygons import Polygons
 from meshcone.assets.foreign.stl import is_binary_stl, is_text_stl, read_stl
+from meshcone.assets.foreign.whole import has_no_sign, lengthened
 from meshcone.assets.limits import Limits
 from meshcone.assets.normals import recompute_normals
 from meshcone.assets.points.asset import PointAsset
@@ -136,12 +137,13 @@ class ForeignAsset(Asset):
             carried = carried_by_off(self._text, self._limits, triangles, self._rows)
         return one_mesh(triangles, carried)
 
-    def ensure_writable(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
-        """Check that it is known where the vertices are in the file.
+    def ensure_writable(self, policy: WritePolicy | None = None) -> None:
+        """Check that it is known where the vertices are in the file, and what its normals mean.
 
         Raises:
-            InputError: rows of a PLY up to its vertices have lists, or the lines of an OFF are
-                not those of its vertices and faces.
+            InputError: rows of a PLY up to its vertices have lists, the lines of an OFF are
+                not those of its vertices and faces, or normals to be written are numbers
+                without a sign.
         """
         if self._places is None:
             why = (
@@ -150,15 +152,26 @@ class ForeignAsset(Asset):
                 else "this OFF does not have a line for each vertex and each face"
             )
             raise InputError(f"{why}: it can be a reference, not a source", file=self.name)
+        normals = self._places.normals
+        if normals is None or policy is None or policy.normals == "keep":
+            return
+        if has_no_sign(normals.whole(normals.read(self._text))):
+            raise InputError(
+                "expected normals nx, ny, nz with a sign, found unsigned integers, in which nobody "
+                "says how a direction is coded: store them as floats, or leave them as they are "
+                "with 'normals': 'keep'",
+                file=self.name,
+                place="element vertex",
+            )
 
-    def ensure_divisible(self, policy: WritePolicy | None = None) -> None:  # noqa: ARG002
+    def ensure_divisible(self, policy: WritePolicy | None = None) -> None:
         """Check that what can be written can be divided too.
 
         Raises:
             InputError: a PLY has strips of triangles alone, or rows without all that its header
                 declares.
         """
-        self.ensure_writable()
+        self.ensure_writable(policy)
         if self._kind == "ply":
             with naming(self.name):
                 require_divisible(self._text, self._limits)
@@ -198,6 +211,7 @@ class ForeignAsset(Asset):
             normals, renewed = renew(stored, positions, vertices, moved, policy)
             rows = np.flatnonzero(renewed)
             if len(rows):
+                normals = lengthened(normals, stored, self._places.normals.whole(stored))
                 self._places.normals.write(data, rows, normals[rows])
         return self._marked(bytes(data))
 

@@ -22,6 +22,7 @@ from meshcone.assets.foreign.ply_ascii import AsciiBody
 from meshcone.assets.foreign.ply_binary import BinaryBody
 from meshcone.assets.foreign.ply_header import Element, Header, Property, read_header
 from meshcone.assets.foreign.text import shown
+from meshcone.assets.foreign.whole import Whole, has_no_sign, lengthened, whole_columns
 from meshcone.assets.limits import Limits
 from meshcone.assets.number_style import NumberStyle
 from meshcone.errors import InputError
@@ -43,8 +44,8 @@ def divided_ply(
     """Write a file with faces divided, and every vertex where it was.
 
     New vertices follow those there are, with every property interpolated: numbers of a colour
-    are rounded where they are whole, normals are of length 1. A face's properties are those of
-    each of its parts.
+    are rounded where they are whole, normals are of length 1, or as long as those around them
+    where they are whole. A face's properties are those of each of its parts.
 
     Raises:
         InputError: strips of triangles are divided, a list of a face cannot be, or a whole number
@@ -104,21 +105,34 @@ def _vertices(table: _Text | _Binary, element: Element, polygons: DividedPolygon
     """The rows of new vertices."""
     names = [item.name for item in element.properties]
     values, ends = between(polygons.over, table.numbers)
+    kinds = [item.values for item in element.properties]
+    whole = whole_columns(kinds, ends[:, :, : len(kinds)].reshape(-1, len(kinds)))
+    vectors = set(_PLACE)
     if all(name in names for name in NORMAL):
         columns = [names.index(name) for name in NORMAL]
-        values[:, columns] = directions(values[:, columns], ends[:, 0, columns])
+        types = tuple(whole[column] for column in columns)
+        if not has_no_sign(types):
+            vectors |= set(NORMAL)
+            values[:, columns] = _normals(values[:, columns], ends[:, :, columns], types)
     for column, item in enumerate(element.properties):
-        if item.values.kind == "f":
+        if whole[column] is None:
             continue
         apart = (ends[:, :, column] != ends[:, :1, column]).any()
-        if apart and item.name not in _PLACE and not _SHADES.fullmatch(item.name):
+        if apart and item.name not in vectors and not _SHADES.fullmatch(item.name):
             raise InputError(
                 f"'{shown(item.name)}' differs along an edge to divide, and no whole number lies "
                 "between two that are no shades",
                 place=element.place,
             )
         values[:, column] = np.rint(values[:, column])
-    return table.rows_of(values, element)
+    return table.rows_of(values, element, whole)
+
+
+def _normals(means: Floats, ends: Floats, types: Whole) -> Floats:
+    """Directions along means (p, 3) of normals, which are as long as the longest of these."""
+    lengths = np.linalg.norm(ends, axis=2)
+    longest = np.take_along_axis(ends, lengths.argmax(axis=1)[:, None, None], axis=1)[:, 0]
+    return lengthened(directions(means, ends[:, 0]), longest, types)
 
 
 def _faces(
@@ -205,8 +219,8 @@ class _Text:
         width = min(map(len, found), default=0)
         return np.array([each[:width] for each in found])
 
-    def rows_of(self, values: Floats, element: Element) -> bytes:
-        """New rows of vertices."""
+    def rows_of(self, values: Floats, element: Element, whole: Whole) -> bytes:
+        """New rows of vertices, and which of their columns are of whole numbers."""
         names = [item.name for item in element.properties]
         place = [names.index(name) for name in _PLACE]
         step = max(1, len(self._vertices) // 20_000)
@@ -215,10 +229,8 @@ class _Text:
         if len(values):
             style = style.resolving(values[:, place])
         formats = [
-            style.format
-            if item.name in _PLACE and item.values.kind == "f"
-            else (b"%.9g" if item.values.kind == "f" else b"%d")
-            for item in element.properties
+            b"%d" if kind is not None else style.format if item.name in _PLACE else b"%.9g"
+            for item, kind in zip(element.properties, whole, strict=True)
         ]
         written = [b" ".join(f % v for f, v in zip(formats, row, strict=False)) for row in values]
         return b"".join(each + self.between_rows for each in written)
@@ -271,7 +283,7 @@ class _Binary:
                 [table[name].astype(np.float64) for name in self._row().names or ()], axis=1
             )
 
-    def rows_of(self, values: Floats, element: Element) -> bytes:
+    def rows_of(self, values: Floats, element: Element, whole: Whole) -> bytes:  # noqa: ARG002
         """New rows of vertices."""
         table = np.empty(len(values), dtype=self._row())
         for column, item in enumerate(element.properties):

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.foreign.whole import Whole, misfit, rounded, whole_columns
 from meshcone.assets.number_style import NumberStyle
-from meshcone.errors import InputError
 
 _LINE = re.compile(rb"[^\r\n]+")
 _WORD = re.compile(rb"\S+")
@@ -26,6 +26,7 @@ _KEYWORD = re.compile(rb"\s((?:facet|outer|vertex|endloop|endfacet|endsolid)(?!\
 _COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
 
 Columns = tuple[int, int, int]
+Kinds = tuple[np.dtype[Any], np.dtype[Any], np.dtype[Any]]
 Spans = list[tuple[int, int]]
 
 
@@ -44,6 +45,14 @@ class Vectors(abc.ABC):
             InputError: one does not fit the type the file has.
         """
 
+    def whole(self, stored: NDArray[np.float64]) -> Whole:  # noqa: ARG002
+        """The types of the three numbers where they hold whole ones alone.
+
+        Args:
+            stored: what :meth:`read` gives.
+        """
+        return (None, None, None)
+
 
 @dataclass(frozen=True)
 class BinaryVectors(Vectors):
@@ -61,7 +70,7 @@ class BinaryVectors(Vectors):
     stride: int
     count: int
     offsets: Columns
-    kinds: tuple[np.dtype[Any], np.dtype[Any], np.dtype[Any]]
+    kinds: Kinds
 
     def read(self, data: bytes) -> NDArray[np.float64]:
         """See :meth:`Vectors.read`."""
@@ -74,18 +83,18 @@ class BinaryVectors(Vectors):
         for axis, column in enumerate(self._columns(data)):
             wanted = values[:, axis]
             if column.dtype.kind != "f":
-                wanted = np.rint(wanted)
-                bounds = np.iinfo(column.dtype)
-                fits = (wanted >= bounds.min) & (wanted <= bounds.max)
+                wanted, fits = rounded(wanted, column.dtype)
             else:
                 with np.errstate(over="ignore"):
                     fits = np.isfinite(wanted.astype(column.dtype))
             if not fits.all():
-                raise InputError(
-                    f"a refined value does not fit {column.dtype.name}; store floats instead",
-                    place=f"byte {self.start + self.stride * int(rows[np.argmin(fits)])}",
-                )
+                place = self.start + self.stride * int(rows[np.argmin(fits)])
+                raise misfit(column.dtype, f"byte {place}")
             column[rows] = wanted.astype(column.dtype)
+
+    def whole(self, stored: NDArray[np.float64]) -> Whole:
+        """See :meth:`Vectors.whole`."""
+        return whole_columns(self.kinds, stored)
 
     def _columns(self, data: bytes | bytearray) -> list[NDArray[Any]]:
         return [
@@ -107,6 +116,7 @@ class TextVectors(Vectors):
         comments: whether ``#`` starts one.
         keyword: the first word of the statements that are rows; None where every line is one.
         directions: whether the numbers are of unit vectors.
+        kinds: the types that the file declares; None where it declares none.
     """
 
     start: int
@@ -117,6 +127,7 @@ class TextVectors(Vectors):
     comments: bool = False
     keyword: bytes | None = None
     directions: bool = False
+    kinds: Kinds | None = None
 
     def read(self, data: bytes) -> NDArray[np.float64]:
         """See :meth:`Vectors.read`."""
@@ -134,19 +145,42 @@ class TextVectors(Vectors):
         text = bytes(data)
         old = self.read(text)
         number = self._style(text, old, values).format
-        wanted = dict(zip(rows.tolist(), (values + 0.0).tolist(), strict=True))
+        values = values + 0.0
+        columns = self.whole(old)
+        for axis, kind in enumerate(columns):
+            if kind is not None:
+                values[:, axis] = self._fitting(values[:, axis], kind, rows, text)
+        formats = [number if kind is None else b"%d" for kind in columns]
+        wanted = dict(zip(rows.tolist(), values.tolist(), strict=True))
         pieces, reached = [], 0
         for row, spans in enumerate(self._rows(text)):
             if row not in wanted:
                 continue
             # A header may name the numbers of a vertex in any order, as z, y and x.
-            for (start, end), value, before in sorted(
-                zip(spans, wanted[row], old[row].tolist(), strict=False)
+            for (start, end), value, before, form in sorted(
+                zip(spans, wanted[row], old[row].tolist(), formats, strict=False)
             ):
                 if value != before:
-                    pieces += [text[reached:start], number % value]
+                    pieces += [text[reached:start], form % value]
                     reached = end
         data[:] = b"".join([*pieces, text[reached:]])
+
+    def whole(self, stored: NDArray[np.float64]) -> Whole:
+        """See :meth:`Vectors.whole`."""
+        if self.kinds is None:
+            return super().whole(stored)
+        return whole_columns(self.kinds, stored)
+
+    def _fitting(
+        self, values: NDArray[np.float64], kind: np.dtype[Any], rows: NDArray[np.int64], text: bytes
+    ) -> NDArray[np.float64]:
+        nearest, fits = rounded(values, kind)
+        if not fits.all():
+            row = int(rows[np.argmin(fits)])
+            spans = next(islice(self._rows(text), row, None), [])
+            start = spans[0][0] if spans else len(text)
+            raise misfit(kind, f"line {len(text[: start + 1].splitlines())}")
+        return nearest
 
     def _style(
         self, text: bytes, old: NDArray[np.float64], new: NDArray[np.float64]

@@ -73,6 +73,7 @@ def _places(header: Header) -> Places | None:
 
     def vectors(wanted: tuple[bytes, bytes, bytes]) -> Vectors:
         x, y, z = (names.index(name) for name in wanted)
+        first, second, third = (vertex.properties[place].values for place in (x, y, z))
         if header.encoding == "ascii":
             return TextVectors(
                 start=header.size,
@@ -80,8 +81,8 @@ def _places(header: Header) -> Places | None:
                 count=vertex.count,
                 columns=(x, y, z),
                 directions=wanted == NORMAL,
+                kinds=(first, second, third),
             )
-        first, second, third = (vertex.properties[place].values for place in (x, y, z))
         return BinaryVectors(
             start=header.size + sum(e.count * e.least_bytes for e in skipped),
             stride=sum(sizes),
