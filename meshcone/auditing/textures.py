@@ -19,12 +19,11 @@ from meshcone.assets.pictures import (
     grouped_by_content,
 )
 from meshcone.auditing.records.textures import ImageRecord, Textures
+from meshcone.auditing.slots import BASE_COLOR, NORMALS, are_color_and_data
 from meshcone.auditing.subject import Subject
 
 Number = TypeVar("Number", int, float)
 
-_BASE_COLOR, _NORMAL = "base_color", "normal"
-_COLOR_SLOTS = (_BASE_COLOR, "emissive", "diffuse", "specularColor", "sheenColor")
 _LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709, of values as encoded, as artists read them
 _OPAQUE = 255
 _ROWS = 256  # of an image, whose luminance is computed at once
@@ -41,7 +40,7 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         _record(picture, uses.get(number, ()), look)
         for number, (picture, look) in enumerate(zip(pictures, looks, strict=True))
     )
-    base_colors = [each for each in records if _BASE_COLOR in each.used_as]
+    base_colors = [each for each in records if BASE_COLOR in each.used_as]
     widths, heights = [each.width for each in records], [each.height for each in records]
     return Textures(
         count=len(records),
@@ -112,18 +111,17 @@ def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> 
         return _Look(tested=False)
     return _Look(
         alpha_used=bool((pixels[..., 3] < _OPAQUE).any()),
-        luminance=_luminance(pixels) if _BASE_COLOR in slots else None,
+        luminance=_luminance(pixels) if BASE_COLOR in slots else None,
         holds_normals=bool(pixels[..., 2].mean() / _OPAQUE > _LEAST_OF_NORMALS)
-        if _NORMAL in slots
+        if not NORMALS.isdisjoint(slots)
         else None,
     )
 
 
 def _has_wrong_color_space(slots: tuple[str, ...], look: _Look) -> bool | None:
-    as_color = {slot.startswith(_COLOR_SLOTS) for slot in slots}
-    if len(as_color) > 1:
+    if are_color_and_data(slots):
         return True
-    if _NORMAL not in slots:
+    if NORMALS.isdisjoint(slots):
         return False
     return None if look.holds_normals is None else not look.holds_normals
 
@@ -141,7 +139,7 @@ def _owners(content: Content) -> Iterator[set[str]]:
     """The alpha modes of the materials each image is the base colour of."""
     modes: list[set[str]] = [set() for _ in content.images]
     for material in content.materials:
-        use = material.texture(_BASE_COLOR)
+        use = material.texture(BASE_COLOR)
         if use is not None and use.image is not None:
             modes[use.image].add(material.alpha_mode)
     return iter(modes)

@@ -68,7 +68,7 @@ class Textures(Section):
     unused: int = Field(description="images that no material uses")
     wrong_color_space: int | None = Field(
         description="images bound both as colour and as data, or as a normal map that no normals "
-        "are in; null where a normal map was not decoded"
+        "are in; what reads alpha alone agrees with both; null where a normal map was not decoded"
     )
     base_color_luminance_min: float | None = Field(
         description="least 1st percentile of the luminance of a base colour, 0 to 255; null "

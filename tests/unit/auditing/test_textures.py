@@ -1,4 +1,4 @@
-"""Materials, images and texture coordinates of an audit, against values known by other means."""
+"""Materials and images of an audit, against values known by other means."""
 
 from __future__ import annotations
 
@@ -10,49 +10,7 @@ import pytest
 from PIL import Image
 
 from tests.unit.auditing.squares import audit, audit_obj, one_square
-from tests.whole_asset import Document, png, square, whole
-
-
-def test_a_square_that_fills_its_texture_leaves_nothing_and_overlaps_nothing() -> None:
-    found = audit(one_square()).uv
-
-    assert (found.overlap_share, found.unused_share, found.inverted_share) == (0, 0, 0)
-    # 16 by 8 texels over 2 by 2 units.
-    assert found.texel_density_min == pytest.approx((16 * 8 / 4) ** 0.5)
-    assert (found.outside, found.tiles, found.missing) == (0, False, 0)
-
-
-def test_coordinates_that_are_wrong_are_counted() -> None:
-    folded = square()["TEXCOORD_0"].copy()
-    folded[3] = folded[1]  # the second triangle lies on the first
-    gone = square()["TEXCOORD_0"].copy()
-    gone[0] = np.nan
-    flat = square()["TEXCOORD_0"] * np.array([1, 0], dtype="<f4")
-    tiled = square()["TEXCOORD_0"] * np.float32(3)
-
-    assert audit(one_square(TEXCOORD_0=folded)).uv.overlap_share == pytest.approx(1, abs=0.01)
-    assert audit(one_square(TEXCOORD_0=folded)).uv.inverted_share == pytest.approx(0.5)
-    assert audit(one_square(TEXCOORD_0=gone)).uv.not_finite == 2
-    assert audit(one_square(TEXCOORD_0=flat)).uv.degenerate == 2
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.tiles
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.outside == 2
-
-
-def test_a_material_with_a_texture_and_no_coordinates_lacks_them() -> None:
-    document = one_square()
-    del document.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]
-
-    assert audit(document).uv.missing == 2
-
-
-@pytest.mark.parametrize("scale", [1e30, -1e30])
-def test_coordinates_far_away_end_in_bounded_work(scale: float) -> None:
-    far = square()["TEXCOORD_0"] * np.float32(scale)
-
-    found = audit(one_square(TEXCOORD_0=far)).uv
-
-    assert found.overlap_share is None
-    assert found.outside == 2
+from tests.whole_asset import Document, png, whole
 
 
 def test_images_are_what_pillow_says_they_are() -> None:
@@ -123,24 +81,6 @@ def test_bytes_of_images_are_open_where_one_was_not_sent() -> None:
 
     assert audit(document).budget.image_bytes is None
     assert audit(one_square()).budget.image_bytes == len(png((90, 90, 90), 16, 8))
-
-
-def test_texel_density_is_open_where_a_texture_has_no_known_size() -> None:
-    document = one_square()
-    document.json["images"] = [UNREADABLE]
-
-    found = audit(document).uv
-
-    assert (found.texel_density_min, found.texel_density_max) == (None, None)
-    assert audit(one_square()).uv.texel_density_min is not None
-
-
-def test_an_image_that_is_colour_and_data_at_once_is_told() -> None:
-    document = one_square()
-    document.json["materials"][0]["normalTexture"] = {"index": 0}
-
-    assert audit(document).textures.wrong_color_space == 1
-    assert audit(whole()).textures.wrong_color_space == 0
 
 
 def test_an_image_that_lies_about_its_size_is_not_decoded() -> None:
@@ -225,38 +165,3 @@ def test_materials_of_an_obj_that_nobody_defines_are_told() -> None:
     found = audit_obj(data).materials
 
     assert (found.undefined, found.missing_libraries) == (1, 1)
-
-
-def islands(*lefts: float) -> bytes:
-    """An OBJ of squares, each a strip of the texture from one of these places, as wide as 0.2."""
-    lines = []
-    for number, left in enumerate(lefts):
-        for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
-            lines += [f"v {2 * number + x} {y} 0", f"vt {left + 0.2 * x} {0.1 + 0.8 * y}"]
-        corners = " ".join(f"{4 * number + each}/{4 * number + each}" for each in (1, 2, 3, 4))
-        lines.append(f"f {corners}")
-    return "\n".join(lines).encode()
-
-
-@pytest.mark.parametrize(
-    ("lefts", "gutter"),
-    [
-        ((0.1, 0.3 + 10 / 1024), 10),
-        ((0.1, 0.3 + 30 / 1024, 0.6), 30),
-        ((0.1, 0.7), 64),
-        ((0.1,), 64),
-    ],
-)
-def test_a_gutter_lies_between_the_islands_that_are_closest(
-    lefts: tuple[float, ...], gutter: int
-) -> None:
-    found = audit_obj(islands(*lefts)).uv.gutter
-
-    assert found is not None
-    assert abs(found - gutter) <= 1
-
-
-def test_the_gutter_of_what_cannot_be_drawn_is_not_tested() -> None:
-    tiled = square()["TEXCOORD_0"] * np.float32(1e6)
-
-    assert audit(one_square(TEXCOORD_0=tiled)).uv.gutter is None
