@@ -62,6 +62,7 @@ def layouts(content: Content, keys: list[str]) -> dict[str, Layout]:
         for name, attribute in draw.attributes.items():
             if name.startswith("TEXCOORD_"):
                 found = attribute.at_corners()[..., :2]
+                found = found[:, ::-1] if draw.mirrored else found  # as the mesh is stored
                 corners.setdefault(f"{keys[draw.mesh]}: {name}", []).append(found)
     return {name: _layout(np.concatenate(found)) for name, found in corners.items()}
 

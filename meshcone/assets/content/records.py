@@ -266,6 +266,7 @@ class Draw:
         matrix: (4, 4) from the mesh to world, column vectors.
         others: what they have besides that no viewer knows at rest: attributes of an
             application's own by name, and what morph targets add by :func:`target_called`.
+        mirrored: whether the node turns them around, so that they run the other way than stored.
     """
 
     node: int | None
@@ -276,6 +277,7 @@ class Draw:
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     matrix: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     others: Mapping[str, Attribute] = field(default_factory=dict)
+    mirrored: bool = False
 
 
 def target_called(number: int, attribute: str = "POSITION") -> str:

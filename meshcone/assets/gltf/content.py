@@ -234,6 +234,7 @@ class _Reader:
                 attributes=dict(self._attributes(placed, corners)),
                 matrix=placement.matrix,
                 others=dict(self._others(placed, corners)),
+                mirrored=placement.mirrored,
             )
             start = end
 

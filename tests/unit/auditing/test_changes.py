@@ -13,6 +13,7 @@ from meshcone.assets import read_asset
 from meshcone.auditing.changes import changes_between
 from meshcone.auditing.records.changes import ROWS_KEPT
 from tests.unit.auditing.damaged import Damage, after, asset_of, counted
+from tests.unit.auditing.squares import one_square
 from tests.whole_asset import Document, png, whole
 
 
@@ -226,3 +227,15 @@ def test_groups_are_the_meshes_of_an_obj_without_objects() -> None:
     reference, source = (read_asset("a.obj", each) for each in (data, data.replace(b"lid", b"top")))
 
     assert changes_between(reference, source).lost.meshes == 1
+
+
+def test_coordinates_of_a_mesh_are_the_same_whichever_of_its_nodes_is_drawn_first() -> None:
+    document = one_square()
+    document.json["nodes"] = [{"mesh": 0, "name": "left"}, {"mesh": 0, "name": "right"}]
+    document.json["nodes"][1] |= {"scale": [-1, 1, 1], "translation": [-5, 0, 0]}
+    document.json["scenes"] = [{"nodes": [0, 1]}]
+    first = document.to_bytes()
+    document.json["scenes"] = [{"nodes": [1, 0]}]
+    files = [read_asset("a.gltf", data) for data in (first, document.to_bytes())]
+
+    assert changes_between(*files).altered.uv_sets == 0
