@@ -8,7 +8,11 @@ from meshcone.auditing.records.section import Section
 
 
 class UvSet(Section):
-    """One set of texture coordinates on what is drawn with one material."""
+    """One set of texture coordinates on what is drawn with one material.
+
+    Everything but texel densities is about the coordinates as they are stored, before
+    KHR_texture_transform or the -s and -o of a material library.
+    """
 
     set: int
     material: str
@@ -21,21 +25,23 @@ class UvSet(Section):
         description="whether a triangle spans more than one tile, as repeated textures do"
     )
     overlap_share: float | None = Field(
-        description="share of the covered texels that more than one triangle covers; null where "
-        "the coordinates repeat too often to be drawn"
+        description="share of the covered texels that more than one triangle covers, each "
+        "once however many nodes place it; null where the coordinates repeat too often to be drawn"
     )
     inverted_share: float = Field(
-        description="share of the surface whose coordinates run the other way round than most"
+        description="share of the surface whose coordinates run the other way round than most, "
+        "as its meshes are stored"
     )
     unused_share: float | None = Field(description="share of the texels that nothing covers")
     texel_density_median: float | None = Field(
-        description="texels per model unit, by area; null without a texture"
+        description="texels per model unit, by area, as the set's first texture is scaled; null "
+        "without a texture"
     )
     texel_density_p5: float | None = Field(description="5th percentile of the same")
     texel_density_p95: float | None = Field(description="95th percentile of the same")
     gutter: int | None = Field(
-        description="texels between the closest two islands, at the resolution, up to 64; null "
-        "where they could not be drawn"
+        description="between the closest two islands, in 1/1024 of the texture's side, up to 64; "
+        "null where they could not be drawn at 1,024 texels a side"
     )
     resolution: int | None = Field(description="texels along a side that these are found at")
 
@@ -52,24 +58,27 @@ class Uv(Section):
         description="whether a triangle spans more than one tile, as repeated textures do"
     )
     overlap_share: float | None = Field(
-        description="largest share of a set's covered texels that more than one triangle covers; "
-        "null where it was not tested"
+        description="largest share of a set's covered texels that more than one triangle covers, "
+        "each once however many nodes place it; null where it was not tested"
     )
     inverted_share: float = Field(
         description="largest share of a set's surface whose coordinates run the other way round "
-        "than most"
+        "than most, as its meshes are stored"
     )
     unused_share: float | None = Field(
         description="largest share of a set's texels that nothing covers; null where it was not "
         "tested"
     )
     texel_density_min: float | None = Field(
-        description="least median of any material, in texels per model unit; null where the "
-        "size of a texture could not be read, and without any"
+        description="least median of any material, in texels per model unit, as its texture is "
+        "scaled; null where the size of a texture could not be read, and without any"
     )
     texel_density_max: float | None = Field(
-        description="greatest median of any material, in texels per model unit; null where the "
-        "size of a texture could not be read, and without any"
+        description="greatest median of any material, in texels per model unit, as its texture is "
+        "scaled; null where the size of a texture could not be read, and without any"
     )
-    gutter: int | None = Field(description="narrowest of any set")
+    gutter: int | None = Field(
+        description="narrowest of any set, in 1/1024 of the texture's side, up to 64; null where "
+        "one could not be drawn at 1,024 texels a side"
+    )
     by_material: tuple[UvSet, ...]

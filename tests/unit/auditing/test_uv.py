@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from tests.unit.auditing.squares import audit, audit_obj, one_square
-from tests.whole_asset import square
+from tests.whole_asset import Document, png, square
 
 
 def test_a_square_that_fills_its_texture_leaves_nothing_and_overlaps_nothing() -> None:
@@ -32,6 +34,61 @@ def test_coordinates_that_are_wrong_are_counted() -> None:
     assert audit(one_square(TEXCOORD_0=flat)).uv.degenerate == 2
     assert audit(one_square(TEXCOORD_0=tiled)).uv.tiles
     assert audit(one_square(TEXCOORD_0=tiled)).uv.outside == 2
+
+
+def placed_twice(**second: Any) -> Document:
+    """The square at two nodes."""
+    document = one_square()
+    document.json["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0], **second}]
+    document.json["scenes"] = [{"nodes": [0, 1]}]
+    return document
+
+
+def test_a_mesh_that_two_nodes_place_does_not_overlap_itself() -> None:
+    found = audit(placed_twice()).uv
+
+    assert found.overlap_share == 0
+    assert found.by_material[0].triangles == 4  # both are drawn
+
+
+def test_a_mesh_that_a_node_mirrors_has_no_inverted_coordinates() -> None:
+    assert audit(placed_twice(scale=[-1, 1, 1])).uv.inverted_share == 0
+
+
+def test_every_node_that_places_a_mesh_counts_in_its_texel_density() -> None:
+    once = audit(one_square()).uv.texel_density_min
+    smaller = audit(placed_twice(scale=[0.5, 0.5, 0.5])).uv.by_material[0]
+
+    assert smaller.texel_density_median == once
+    assert smaller.texel_density_p95 == pytest.approx(2 * (once or 0))
+
+
+def test_a_transform_of_a_texture_scales_its_texel_density_alone() -> None:
+    document = one_square()
+    texture = document.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    plain = audit(document).uv
+    texture["extensions"] = {"KHR_texture_transform": {"scale": [8, -2], "offset": [0.5, 0]}}
+    scaled = audit(document).uv
+
+    assert scaled.texel_density_max == pytest.approx(4 * (plain.texel_density_max or 0))
+    assert (scaled.outside, scaled.tiles, scaled.unused_share) == (0, False, 0)
+
+
+def density_of_obj(most: float, options: str) -> float | None:
+    """Of a square of one unit whose coordinates reach from 0 to this."""
+    corners = ((0, 0), (1, 0), (1, 1), (0, 1))
+    lines = ["mtllib a.mtl", "usemtl red"]
+    for x, y in corners:
+        lines += [f"v {x} {y} 0", f"vt {most * x} {most * y}"]
+    data = "\n".join([*lines, "f 1/1 2/2 3/3 4/4"]).encode()
+    library = f"newmtl red\nmap_Kd {options} a.png\n".encode()
+    sent = {"a.mtl": library, "a.png": png((1, 2, 3), 16, 16)}
+    return audit_obj(data, **sent).uv.texel_density_min
+
+
+def test_a_scale_in_a_library_is_the_same_density_as_larger_coordinates() -> None:
+    assert density_of_obj(1, "-s 2 2 1 -o .25 .5 0") == pytest.approx(32)
+    assert density_of_obj(2, "") == pytest.approx(32)
 
 
 def test_a_material_with_a_texture_and_no_coordinates_lacks_them() -> None:
@@ -94,3 +151,26 @@ def test_the_gutter_of_what_cannot_be_drawn_is_not_tested() -> None:
     tiled = square()["TEXCOORD_0"] * np.float32(1e6)
 
     assert audit(one_square(TEXCOORD_0=tiled)).uv.gutter is None
+
+
+def materials_of(count: int, left: float) -> bytes:
+    """An OBJ with as many materials, each with an island on the left and one from here."""
+    lines = []
+    corners = [(x, y, u) for u in (0.0, left) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    for number in range(count):
+        lines.append(f"usemtl m{number}")
+        for x, y, u in corners:
+            lines += [f"v {x + 3 * u} {y} {number}", f"vt {u + 0.3 * x} {y}"]
+        for first in (1, 5):
+            places = (8 * number + first + each for each in range(4))
+            lines.append("f " + " ".join(f"{place}/{place}" for place in places))
+    return "\n".join(lines).encode()
+
+
+def test_many_materials_make_no_gutter_narrower() -> None:
+    one, many, most = (
+        audit_obj(materials_of(count, 0.3 + 8 / 1024)).uv.gutter for count in (1, 15, 20)
+    )
+
+    assert (one, many) == (8, 8)
+    assert most is None  # not drawn as finely as that
