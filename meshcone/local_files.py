@@ -10,6 +10,7 @@ from typing import Any
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.places import is_file, reason
 from meshcone.relative_names import from_uri, inside
 from meshcone.text import BYTE_ORDER_MARK
 
@@ -47,7 +48,7 @@ def with_file_beside(
     Raises:
         InputError: the file cannot be read.
     """
-    if name is None or name in resources or not (path.parent / name).is_file():
+    if name is None or name in resources or not is_file(path.parent / name):
         return resources
     return {**resources, name: read_bytes(path.parent / name)}
 
@@ -55,7 +56,7 @@ def with_file_beside(
 def files_of(path: Path, also: str | None = None) -> list[Path]:
     """A mesh on this machine, and the files beside it that :func:`read_local` reads with it."""
     listed = [] if also is None else [path.parent / also]
-    if not path.is_file():
+    if not is_file(path):
         return [path, *listed]  # what is read of a pipe here would be missing later
     try:
         with path.open("rb") as file:
@@ -84,9 +85,8 @@ def read_bytes(path: Path) -> bytes:
     """
     try:
         return path.read_bytes()
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be read: {reason}", file=str(path)) from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {reason(error)}", file=str(path)) from None
 
 
 def _beside(path: Path, data: bytes) -> dict[str, Path]:
@@ -115,14 +115,7 @@ def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:
 
 def _existing(folder: Path, names: Iterable[str]) -> dict[str, Path]:
     places = {name: folder / name for name in filter(None, map(inside, names))}
-    return {name: place for name, place in places.items() if _is_file(place)}
-
-
-def _is_file(place: Path) -> bool:
-    try:
-        return place.is_file()
-    except OSError:  # a name that is too long
-        return False
+    return {name: place for name, place in places.items() if is_file(place)}
 
 
 def _named_images(library: bytes) -> Iterable[str]:

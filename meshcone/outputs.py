@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from meshcone.errors import InputError
+from meshcone.places import is_folder, is_missing, is_there, obstacle, real, reason
 
 
 def write_together(contents: Mapping[Path, bytes]) -> None:
@@ -31,9 +32,8 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
                 path.write_bytes(data)
         for path, temporary in written.items():
             temporary.replace(_target(path))
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be written: {reason}", file=str(path)) from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be written: {reason(error)}", file=str(path)) from None
     finally:
         for temporary in written.values():
             temporary.unlink(missing_ok=True)
@@ -76,15 +76,15 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
     taken: set[Path] = set()
     for path in places:
         _require_writable(path)
-        if path.resolve() in taken:
+        if real(path) in taken:
             raise InputError(
                 "two files are to be written here: give each a name of its own", file=str(path)
             )
-        taken.add(path.resolve())
-    existing = [path for path in places if path.exists()]  # others cannot be an input
+        taken.add(real(path))
+    existing = [path for path in places if is_there(path)]  # others cannot be an input
     for own in inputs if existing else ():
         for path in existing:
-            if own.exists() and path.samefile(own):
+            if is_there(own) and path.samefile(own):
                 raise InputError(
                     "it is an input and would be overwritten: choose another name "
                     "for what is written",
@@ -99,28 +99,32 @@ def require_folder(folder: Path) -> None:
         InputError: a file is in its place or above it, or nothing may be written there.
     """
     place = folder
-    while not os.path.lexists(place) and place != place.parent:
+    while is_missing(place) and place != place.parent:
         place = place.parent
-    if not place.is_dir():
-        raise InputError("cannot be made: not a directory", file=str(folder))
-    if not os.access(place, os.W_OK):
+    if not is_folder(place):
+        words = obstacle(place) or "not a directory"
+        raise InputError(f"cannot be made: {words}", file=str(folder))
+    if not os.access(place, os.W_OK | os.X_OK):
         words = "be written" if place == folder else "be made"
         raise InputError(f"cannot {words}: permission denied", file=str(folder))
 
 
 def _require_writable(path: Path) -> None:
-    if path.is_dir():
+    if is_folder(path):
         raise InputError("cannot be written: is a directory", file=str(path))
-    changed = path  # a device, or the directory that gets a new file
-    if not _takes_bytes(path):
+    if _takes_bytes(path):
+        allowed = os.access(path, os.W_OK)
+    else:
         try:
-            changed = _target(path).parent
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"cannot be written: {reason}", file=str(path)) from None
-        if not changed.is_dir():
-            raise InputError("cannot be written: its directory does not exist", file=str(path))
-    if not os.access(changed, os.W_OK):
+            folder = _target(path).parent
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot be written: {reason(error)}", file=str(path)) from None
+        if not is_folder(folder):
+            words = "its directory does not exist" if is_missing(folder) else obstacle(folder)
+            words = words or "its directory is none"
+            raise InputError(f"cannot be written: {words}", file=str(path))
+        allowed = os.access(folder, os.W_OK | os.X_OK)  # which gets a new file
+    if not allowed:
         raise InputError("cannot be written: permission denied", file=str(path))
 
 
@@ -128,7 +132,7 @@ def _takes_bytes(path: Path) -> bool:
     """Whether a device or a pipe is there. A file in its place would end it for all who use it."""
     try:
         mode = path.stat().st_mode
-    except OSError:
+    except (OSError, ValueError):
         return False
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
@@ -142,7 +146,8 @@ def _target(path: Path) -> Path:
 
 
 def _write_beside(path: Path, data: bytes) -> Path:
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    # Not under the file's own name, which may be as long as a name can be.
+    descriptor, name = tempfile.mkstemp(prefix=".meshcone-", dir=path.parent)
     temporary = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:

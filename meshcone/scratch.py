@@ -18,6 +18,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from meshcone.places import is_folder
+
 logger = logging.getLogger(__name__)
 
 _PREFIX = "meshcone-job-"
@@ -63,7 +65,7 @@ def remove_orphans() -> None:
 def _place() -> Path:
     # Python finds its own by writing there, and goes elsewhere where a disk is full.
     given = Path(os.environ.get("TMPDIR") or "/tmp")  # noqa: S108
-    return given if given.is_dir() else Path(tempfile.gettempdir())
+    return given if is_folder(given) else Path(tempfile.gettempdir())
 
 
 def _made(place: Path) -> tuple[Path, int]:

@@ -25,6 +25,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from meshcone.auditing.records.validator import MESSAGES_KEPT, Validator, ValidatorMessage
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
+from meshcone.places import is_file
 from meshcone.relative_names import inside
 from meshcone.settings import load_settings
 
@@ -118,13 +119,13 @@ class _Package:
 
 def _found() -> _Program | _Package:
     given = load_settings(ValidatorSettings).gltf_validator
-    if given is not None and given.is_file():
+    if given is not None and is_file(given):
         return _Program(str(given))
     program = shutil.which(_PROGRAM) if given is None else None
     if program is not None:
         return _Program(program)
     package = (Path(sys.prefix) if given is None else given) / _PACKAGE
-    if not (package / "package.json").is_file():
+    if not is_file(package / "package.json"):
         if given is not None:
             raise InputError(
                 f"environment variable MESHCONE_GLTF_VALIDATOR: {given} is no program and has no "

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from meshcone.errors import ArgumentError, InputError
 from meshcone.files import MeshFile
 from meshcone.local_files import files_of, read_bytes, read_local, with_file_beside
+from meshcone.places import is_file
 from meshcone.relative_names import inside
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ class LoadedMesh(MeshFile):
         if self.place is None:
             return []
         beside = (self.place.parent / name for name in self.resources)
-        return list(dict.fromkeys([*files_of(self.place), *filter(Path.is_file, beside)]))
+        return list(dict.fromkeys([*files_of(self.place), *filter(is_file, beside)]))
 
     def with_file(self, name: str | None) -> LoadedMesh:
         """The mesh with a file from beside it among its resources, which its options name.

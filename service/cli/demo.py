@@ -20,6 +20,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.local_files import read_bytes
 from meshcone.outputs import certificate_path, require_places, write_together
+from meshcone.places import reason
 from meshcone.text import printable
 
 if TYPE_CHECKING:
@@ -123,8 +124,7 @@ def _make_directory(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be used: {reason}", file=str(path)) from None
+        raise InputError(f"cannot be used: {reason(error)}", file=str(path)) from None
 
 
 def require_own(out: Path, jug: bytes) -> None:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from meshcone.outputs import write_together
+from meshcone.places import is_file
 
 
 def command(
@@ -24,7 +25,7 @@ def command(
     if not check:
         write_together({out: document})
         return 0
-    if out.is_file() and out.read_bytes() == document:
+    if is_file(out) and out.read_bytes() == document:
         return 0
     typer.echo(f"meshcone: {out} is not current; write it with `meshcone openapi`", err=True)
     return 1

@@ -10,7 +10,7 @@ import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.json_text import DuplicateNameError, parse_json
-from meshcone.local_files import files_of, read_local
+from meshcone.local_files import files_of, read_bytes, read_local
 from meshcone.outputs import certificate_path, certificate_place, require_places, write_together
 from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
@@ -222,10 +222,7 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
 
 def _document(file: Path) -> dict[str, Any]:
     try:
-        document = parse_json(file.read_bytes())
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be read: {reason}", file=str(file)) from None
+        document = parse_json(read_bytes(file))
     except DuplicateNameError as error:
         raise InputError(str(error), file=str(file)) from None
     except (ValueError, RecursionError):

@@ -10,6 +10,7 @@ import typer
 from meshcone.errors import InputError
 from meshcone.local_files import read_bytes, read_local
 from meshcone.outputs import certificate_path
+from meshcone.places import is_missing
 from service.cli.telling import tell
 
 _FAILED = 1  # exit code
@@ -44,7 +45,7 @@ def command(
 
     read = read_report(read_bytes(report), report.name)
     place = certificate_path(report) if certificate is None else certificate
-    if read.certificate is None and not place.is_file():
+    if read.certificate is None and is_missing(place):
         words = "the report has no certificate: the input was kept, and no closeness was proven"
         raise InputError(words, file=report.name)
     evidence = (

@@ -17,6 +17,7 @@ from string import Formatter
 
 from meshcone.errors import InputError
 from meshcone.gates.levels import level_of, split_level
+from meshcone.places import is_folder, is_there, may_be_file, real
 from meshcone.suggestions import did_you_mean
 from meshcone.text import as_text
 from service.gating.pairs import Pair, read_manifest, single_pair
@@ -114,16 +115,14 @@ def pairs_to_gate(
         always = always | {manifest}
     else:
         pairs = pairs_of_glob(manifest, references)
-    if not paths or not {path.resolve() for path in always}.isdisjoint(
-        path.resolve() for path in paths
-    ):
+    if not paths or not set(map(real, always)).isdisjoint(map(real, paths)):
         return pairs
     return [pair for pair in pairs if pair.has(paths, listed)]
 
 
 def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]:
     """The pairs of two files, of two folders, or of a folder whose references a pattern names."""
-    folders = [path.is_dir() for path in paths]
+    folders = [is_folder(path) for path in paths]
     if folders == [True, True]:
         return pairs_of_folders(paths[0], paths[1], references)
     if folders == [True]:
@@ -139,7 +138,7 @@ def _given(paths: list[Path], references: ReferencePattern | None) -> list[Pair]
 
 def _is_glob(path: Path) -> bool:
     """Whether a path stands for many: it has a wildcard, and no file has that name."""
-    return glob.has_magic(str(path)) and not path.exists()
+    return glob.has_magic(str(path)) and not is_there(path)
 
 
 def pairs_of_glob(pattern: Path, references: ReferencePattern | None) -> list[Pair]:
@@ -152,7 +151,7 @@ def pairs_of_glob(pattern: Path, references: ReferencePattern | None) -> list[Pa
     """
     names = glob.glob(str(pattern), recursive=True)  # noqa: PTH207 - Path's finds hidden ones
     found = sorted(map(Path, names))
-    return _paired(str(pattern), [each for each in found if each.is_file()], references)
+    return _paired(str(pattern), [each for each in found if may_be_file(each)], references)
 
 
 def pairs_of_folder(folder: Path, references: ReferencePattern | None) -> list[Pair]:
@@ -208,7 +207,7 @@ def _paired(where: str, sources: list[Path], references: ReferencePattern | None
     if references is None:
         return [_pair(source, None) for source in sources]
     found = [(source, references.reference_of(source)) for source in sources]
-    pairs = [_pair(*pair) for pair in found if pair[0].resolve() != pair[1].resolve()]
+    pairs = [_pair(*pair) for pair in found if real(pair[0]) != real(pair[1])]
     if not pairs:
         raise InputError("each mesh here is its own reference by the pattern", file=where)
     return pairs

@@ -10,6 +10,7 @@ from pathlib import Path
 from meshcone.errors import InputError
 from meshcone.gates.results import GateRun
 from meshcone.outputs import require_folder, require_places, write_together
+from meshcone.places import is_folder, real, reason
 
 MOST_PICTURES = 12
 
@@ -43,7 +44,7 @@ class Outputs:
         if self.pictures is not None:
             require_folder(self.pictures)
             # In a folder that is yet to be made there is nothing that a picture could replace.
-            if self.pictures.is_dir():
+            if is_folder(self.pictures):
                 places += map(self._picture, range(min(pairs, MOST_PICTURES)))
         require_places(places, inputs)
 
@@ -97,9 +98,9 @@ class Outputs:
 
     def _places(self, markdown: Path, drawn: list[str]) -> Mapping[str, str]:
         """Where each asset's picture is, seen from the summary."""
-        here = markdown.resolve().parent
+        here = real(markdown).parent
         return {
-            name: Path(os.path.relpath(self._picture(number).resolve(), here)).as_posix()
+            name: Path(os.path.relpath(real(self._picture(number)), here)).as_posix()
             for number, name in enumerate(drawn)
         }
 
@@ -108,5 +109,4 @@ def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be made: {reason}", file=str(folder)) from None
+        raise InputError(f"cannot be made: {reason(error)}", file=str(folder)) from None

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from meshcone.errors import InputError
 from meshcone.gates.levels import level_of
 from meshcone.json_text import parse_json
 from meshcone.local_files import files_of, read_bytes
+from meshcone.places import real
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 from meshcone.text import as_text
 from service.api.schemas import LinkedFile
@@ -44,8 +45,8 @@ class Pair:
 
     def has(self, files: Iterable[Path], listed: str | None = None) -> bool:
         """Whether one of these files is its source, its reference or one that goes with them."""
-        own = {file.resolve() for file in self.files(listed)}
-        return any(file.resolve() in own for file in files)
+        own = {real(file) for file in self.files(listed)}
+        return any(real(file) in own for file in files)
 
     def files(self, listed: str | None = None) -> list[Path]:
         """The meshes of this machine, the files beside them that they name, and one more.
@@ -74,14 +75,22 @@ def shown(path: Place) -> str:
     """
     if isinstance(path, LinkedFile):
         return shown_link(path.url)
-    whole = path.resolve()
+    whole = real(path)
     here = Path.cwd()
     path = whole.relative_to(here) if whole.is_relative_to(here) else whole
     return as_text(path.as_posix())
 
 
 MOST_LEVELS = 99
-_Path = Annotated[str, Field(min_length=1)]
+
+
+def _as_name(written: str) -> str:
+    if "\0" in written:
+        raise ValueError("a file's name has no NUL in it")
+    return written
+
+
+_Path = Annotated[str, Field(min_length=1), AfterValidator(_as_name)]
 
 
 class _Entry(BaseModel):
