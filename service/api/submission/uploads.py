@@ -7,18 +7,16 @@ from typing import Any
 
 from fastapi import Request
 from pydantic import TypeAdapter, ValidationError
-from python_multipart.multipart import parse_options_header
 from starlette.datastructures import FormData, UploadFile
-from starlette.exceptions import HTTPException
 
-from meshcone.errors import InputError, LimitError
+from meshcone.errors import InputError
 from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.options import read_options_json
 from meshcone.suggestions import first_cause, in_words
 from service.api.schemas import FileByName, OutputPlaces
 from service.api.submission.document import read_document
+from service.api.submission.multipart import MEDIA_TYPE, read_multipart, require_utf8
 from service.api.submission.parts import (
-    MAX_LABELS,
     OPTIONS_BYTES,
     RESOURCE_FIELDS,
     AnyFile,
@@ -33,7 +31,6 @@ from service.problems import ProblemError, problem
 from service.settings import ServiceSettings
 
 FIELDS = ("source", "reference", "options", *RESOURCE_FIELDS, "label", "webhook", "outputs")
-_MESHES_AND_OPTIONS = 3  # any of them as a file or as a plain field
 _OUTPUTS: TypeAdapter[OutputPlaces] = TypeAdapter(OutputPlaces)
 _FILE_BY_NAME: TypeAdapter[FileByName] = TypeAdapter(FileByName)
 
@@ -42,16 +39,17 @@ async def read_form(request: Request) -> AsyncIterator[SubmittedForm]:
     """The request's content, as a dependency; its temporary files are closed with the request.
 
     Raises:
-        ProblemError: it is neither a multipart form nor JSON.
+        ProblemError: it is neither a multipart form nor JSON, or a form that was cut off.
         InputError: a field is missing, unknown, repeated or of the wrong kind.
         LimitError: it has too many files, or a field is too long.
     """
     content_type = request.headers.get("content-type", "")
     settings: ServiceSettings = request.app.state.settings
-    if content_type.partition(";")[0].strip().lower() == "application/json":
+    media_type = content_type.partition(";")[0].strip().lower()
+    if media_type == "application/json":
         yield await read_document(request, settings)
         return
-    if not content_type.startswith("multipart/form-data"):
+    if media_type != MEDIA_TYPE:
         raise ProblemError(
             problem(
                 "media-type",
@@ -59,31 +57,12 @@ async def read_form(request: Request) -> AsyncIterator[SubmittedForm]:
                 "application/json where every file is named by its URL or its hash",
             )
         )
-    # Other encodings can hold what is no text, or end in an error of their decoder's own.
-    charset = parse_options_header(content_type)[1].get(b"charset", b"utf-8")
-    if charset.lower() not in (b"utf-8", b"us-ascii"):
-        raise ProblemError(problem("media-type", "send the form as UTF-8, without another charset"))
-    form = await _bounded_form(request, settings)
+    require_utf8(content_type)
+    form = await read_multipart(request, settings)
     try:
         yield await _checked(form, settings)
     finally:
         await form.close()
-
-
-async def _bounded_form(request: Request, settings: ServiceSettings) -> FormData:
-    try:
-        return await request.form(
-            max_files=settings.max_resources + _MESHES_AND_OPTIONS,
-            max_fields=settings.max_resources + _MESHES_AND_OPTIONS + MAX_LABELS + 2,
-            max_part_size=OPTIONS_BYTES,
-        )
-    except HTTPException as error:
-        # The framework tells what is too much from what is broken by its words alone.
-        if "exceeded maximum" in error.detail:
-            raise too_long("a text field of the form is longer") from None
-        if error.detail.startswith("Too many"):
-            raise LimitError(f"the form has more than is accepted here: {error.detail}") from None
-        raise
 
 
 async def _checked(form: FormData, settings: ServiceSettings) -> SubmittedForm:
