@@ -25,6 +25,7 @@ from service.client import Client
 from service.problems import TYPE_PREFIX
 from service.stack import Stack
 from tests.holding import Hold
+from tests.integration.waiting import wait_for
 from worker.jobs.identifiers import new_job_id
 
 # The application's own, byte for byte, as another test checks.
@@ -100,7 +101,7 @@ class Described:
     def __call__(
         self, method: str, template: str, expected: int, name: str = "", **request: Any
     ) -> requests.Response:
-        path = template.format(job_id=name, sha256=name)
+        path = template.format(job_id=name, batch_id=name, sha256=name)
         answer = self.session.request(method, self.url + path, timeout=TIMEOUT, **request)
         assert answer.status_code == expected, answer.text
         schema[template][method].validate_response(answer)
@@ -174,3 +175,32 @@ def test_the_end_of_a_job_is_answered_as_described(
     call("GET", "/v1/jobs/{job_id}/report", 409, job)
     call("DELETE", "/v1/jobs/{job_id}", 204, job)
     call("GET", "/v1/jobs/{job_id}", 404, job)
+
+
+def test_a_batch_is_answered_as_described(
+    call: Described, hold: Hold, rough_ball: MeshFile, ball: MeshFile
+) -> None:
+    source, reference = (sent_before(call, mesh) for mesh in (hold.mesh(rough_ball), ball))
+    document = {"pairs": [{"source": source, "reference": reference}]}
+
+    batch = call("POST", "/v1/batches", 202, json=document).json()["id"]
+    for tail in ("result", "junit.xml", "sarif.json", "summary.md"):
+        call("GET", f"/v1/batches/{{batch_id}}/{tail}", 409, batch)
+    call("DELETE", "/v1/batches/{batch_id}", 409, batch)
+    call("POST", "/v1/batches/{batch_id}/cancel", 202, batch)
+    wait_for(
+        lambda: call("GET", "/v1/batches/{batch_id}", 200, batch).json()["state"] == "finished"
+    )
+    call("POST", "/v1/batches/{batch_id}/cancel", 409, batch)
+    call("GET", "/v1/batches", 200, params={"limit": 1})
+    call("GET", "/v1/batches/{batch_id}/jobs", 200, batch)
+    for tail in ("result", "junit.xml", "sarif.json", "summary.md"):
+        call("GET", f"/v1/batches/{{batch_id}}/{tail}", 200, batch)
+    call("DELETE", "/v1/batches/{batch_id}", 204, batch)
+    call("GET", "/v1/batches/{batch_id}", 404, batch)
+
+
+def sent_before(call: Described, mesh: MeshFile) -> dict[str, str]:
+    sha256 = hashlib.sha256(mesh.data).hexdigest()
+    call.session.put(f"{call.url}/v1/blobs/{sha256}", data=mesh.data, timeout=TIMEOUT)
+    return {"name": mesh.name, "sha256": sha256}

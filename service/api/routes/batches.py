@@ -56,8 +56,9 @@ _DOCUMENT: dict[str, Any] = {
         "content": {"application/json": {"schema": {"$ref": "#/components/schemas/BatchRequest"}}},
     }
 }
-_FINISHED: dict[int | str, dict[str, Any]] = {
-    409: {"description": "the batch has finished already", **_PROBLEM}
+_CANCELED: dict[int | str, dict[str, Any]] = {
+    202: {"description": "the batch, whose jobs are canceled or will be"},
+    409: {"description": "the batch has finished already", **_PROBLEM},
 }
 _NOT_FINISHED: dict[int | str, dict[str, Any]] = {
     409: {"description": "some of its jobs have not ended", **_PROBLEM}
@@ -166,15 +167,17 @@ def list_batch_jobs(
     )
 
 
-@router.post("/{batch_id}/cancel", responses=_FINISHED, summary="Cancel a batch")
-def cancel_batch(
-    record: FoundBatch, context: ContextDependency, response: Response, later: BackgroundTasks
-) -> Batch:
+@router.post(
+    "/{batch_id}/cancel",
+    status_code=status.HTTP_202_ACCEPTED,
+    responses=_CANCELED,
+    summary="Cancel a batch",
+)
+def cancel_batch(record: FoundBatch, context: ContextDependency, later: BackgroundTasks) -> Batch:
     """Cancel its queued jobs, and ask those that run to stop; repeating it does no harm."""
     if not context.batches.request_cancel(record.id):
         raise ProblemError(problem("finished", "all jobs of the batch have ended"))
     later.add_task(carry_through, record.id, context.batches, context.queue)
-    response.status_code = status.HTTP_202_ACCEPTED
     try:
         return _shown(context.batches.get(record.id), context)
     except UnknownBatchError:
@@ -207,7 +210,12 @@ def get_batch_result(record: FinishedBatch, context: ContextDependency) -> Respo
 
 
 def _text(media_type: str, description: str) -> dict[int | str, dict[str, Any]]:
-    schema = {**BYTES, "contentMediaType": media_type}
+    return _file(media_type, description, {**BYTES, "contentMediaType": media_type})
+
+
+def _file(
+    media_type: str, description: str, schema: dict[str, Any]
+) -> dict[int | str, dict[str, Any]]:
     content = {media_type: {"schema": schema}}
     return {200: {"description": description, "content": content}, **_NOT_FINISHED}
 
@@ -225,7 +233,7 @@ def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Respon
 @router.get(
     "/{batch_id}/sarif.json",
     response_class=Response,
-    responses=_text("application/sarif+json", "a SARIF 2.1.0 log"),
+    responses=_file("application/sarif+json", "a SARIF 2.1.0 log", {"type": "object"}),
 )
 def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Response:
     """What did not pass, as SARIF 2.1.0."""

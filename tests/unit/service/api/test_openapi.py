@@ -1,11 +1,16 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+
+from fastapi import FastAPI
+from fastapi.routing import APIRoute
 
 from service.cli.openapi import describe_api
 
 COMMITTED = Path(__file__).parents[4] / "openapi" / "openapi.json"
+_STATUS = re.compile(r"HTTP_(\d{3})_")
 
 
 def test_the_committed_description_is_the_applications() -> None:
@@ -46,6 +51,19 @@ def test_no_parameter_is_described_as_null_or_as_a_list_that_is_a_header() -> No
     headers = {each["name"]: each["schema"] for each in parameters if each["in"] == "header"}
     assert {schema["type"] for schema in headers.values()} == {"string"}
     assert "Prefer" in headers
+
+
+def test_every_status_that_a_route_sets_is_described(app: FastAPI) -> None:
+    paths = json.loads(describe_api())["paths"]
+    for route in app.routes:
+        if not isinstance(route, APIRoute) or not route.include_in_schema:
+            continue
+        names = route.endpoint.__code__.co_names  # as in status.HTTP_202_ACCEPTED
+        sets = {int(each.group(1)) for each in map(_STATUS.match, names) if each}
+        method = next(iter(route.methods)).lower()
+        described = paths[route.path][method]["responses"]
+
+        assert {str(status) for status in sets} <= described.keys(), route.path
 
 
 def references(node: object) -> list[str]:
