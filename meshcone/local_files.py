@@ -12,7 +12,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.places import is_file, reason
 from meshcone.relative_names import from_uri, inside
-from meshcone.text import BYTE_ORDER_MARK
+from meshcone.text import BYTE_ORDER_MARK, words_of
 
 _BEGINNING = 1024  # bytes; white space before a document is short
 _BINARY = b"glTF"
@@ -139,8 +139,8 @@ def _possible(statement: bytes) -> Iterator[str]:
     A number sign is of a name or begins a comment.
     """
     words = statement.decode("utf-8", "replace")
-    before = words.partition("#")[0].rstrip()
-    yield from dict.fromkeys((words, before, *words.split(), *before.split()))
+    before = words.partition("#")[0].rstrip(" \t")
+    yield from dict.fromkeys((words, before, *words_of(words), *words_of(before)))
 
 
 def _names_files(path: Path, beginning: bytes) -> bool:

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from meshcone.options.section import Index, ModelLength, Section, Share, Weight
+from meshcone.text import is_line
 
 
 class Length(Section):
@@ -69,7 +70,7 @@ class PinOptions(Section):
     def _plain_name(cls, name: str | None) -> str | None:
         if name is None:
             return None
-        if name in (".", "..") or set(name) & {"/", "\\"} or not name.isprintable():
+        if name in (".", "..") or set(name) & {"/", "\\"} or not is_line(name):
             raise ValueError("it must be the name of a file, without a folder")
         return name
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field
 
 from meshcone.errors import InputError
+from meshcone.text import is_line
 from worker.jobs.identifiers import DEFAULT_PROJECT, is_project
 from worker.webhooks.signing import SigningSecrets
 
@@ -127,7 +128,7 @@ class KeyStore:
                 f"a project's name has 1 to 63 characters of a-z, 0-9 and -, and neither begins "
                 f"nor ends with -; found '{project}'"
             )
-        if not name or len(name) > _NAME_LENGTH or not name.isprintable():
+        if not name or len(name) > _NAME_LENGTH or not is_line(name):
             raise InputError(f"a key's name is one line of 1 to {_NAME_LENGTH} characters")
         key_id, secret = secrets.token_hex(8), secrets.token_urlsafe(32)
         key = ApiKey(

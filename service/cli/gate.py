@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
+from meshcone.text import is_line
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
 from service.cli.gate_choice import GateChoice, Gates, Keep, Product, Profile, Schema
@@ -150,7 +151,7 @@ def command(
 def _require_label(label: str | None) -> None:
     from service.api.schemas import LABEL_LENGTH
 
-    if label is not None and not (label.isprintable() and 0 < len(label) <= LABEL_LENGTH):
+    if label is not None and not (is_line(label) and 0 < len(label) <= LABEL_LENGTH):
         raise InputError(f"--label must be one line of up to {LABEL_LENGTH} characters")
 
 

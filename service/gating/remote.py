@@ -14,6 +14,7 @@ from meshcone.errors import InternalError, MeshConeError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.gates.results import AssetResult, AssetView, GateRun, Judgement
 from meshcone.local_files import read_local
+from meshcone.text import as_line
 from service.api.batch_schemas import NAME_LENGTH, Batch
 from service.api.schemas import LABEL_LENGTH, LinkedFile, NamedBlob
 from service.client import ServiceError
@@ -101,7 +102,7 @@ class RemoteGate:
         """A pair of the batch, after its files have been sent; None if there is nothing to do."""
         if not job.asks:
             return None
-        name = "".join(each for each in job.pair.name if each.isprintable())
+        name = as_line(job.pair.name)
         pair: dict[str, Any] = {
             "name": name[:NAME_LENGTH] or "asset",
             "labels": [name[:LABEL_LENGTH]],

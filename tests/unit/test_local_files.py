@@ -43,6 +43,15 @@ def test_buffers_in_folders_are_found_and_none_outside(tmp_path: Path) -> None:
     assert read_local(mesh).resources == {"data/a b.bin": b"abc"}
 
 
+def test_a_library_of_several_may_have_a_no_break_space_in_its_name(tmp_path: Path) -> None:
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("mtllib a\u00a0b.mtl c.mtl\n")
+    for name in ("a\u00a0b.mtl", "c.mtl"):
+        (tmp_path / name).touch()
+
+    assert set(read_local(mesh).resources) == {"a\u00a0b.mtl", "c.mtl"}
+
+
 def obj_with_images(folder: Path) -> Path:
     """An OBJ with a library in a folder, whose images are in several places."""
     mesh = folder / "model" / "a.obj"

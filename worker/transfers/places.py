@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
 from meshcone.errors import InputError
+from meshcone.text import is_line
 from worker.outbound.addresses import URL_LENGTH, require_url
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def object_of(url: str, what: str, allowed: Sequence[str], setting: str) -> tupl
         InputError: it is below none, or its key is no plain path.
     """
     path = url.removeprefix(_BUCKETS)
-    if len(url) > URL_LENGTH or not path.isprintable():
+    if len(url) > URL_LENGTH or not is_line(path):
         raise InputError(f"{what} must be one line of up to {URL_LENGTH} characters")
     if any(part in ("", ".", "..") for part in path.split("/")):
         raise InputError(f"{what} must name an object, as s3://bucket/key, without '..'")

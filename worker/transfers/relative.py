@@ -8,6 +8,7 @@ from urllib.parse import quote, urljoin
 from meshcone.errors import InputError, LimitError
 from meshcone.local_files import names_beside
 from meshcone.relative_names import NAME_LENGTH
+from meshcone.text import is_line
 from worker.outbound.addresses import URL_LENGTH
 from worker.transfers.places import is_in_bucket
 
@@ -24,7 +25,7 @@ def names_in(file: IO[bytes]) -> list[str]:
     What is no glTF names nothing: whoever reads it says what is wrong with it.
 
     Raises:
-        InputError: a name is too long, or cannot be printed.
+        InputError: a name is too long, or is not one line.
         LimitError: its JSON is too long to look for names in, or it has too many.
     """
     file.seek(0)
@@ -43,7 +44,7 @@ def names_in(file: IO[bytes]) -> list[str]:
             f"the glTF names {len(names)} files, more than the {RELATIVE_FILES} that are fetched"
         )
     for name in names:
-        if len(name) > NAME_LENGTH or not name.isprintable():
+        if len(name) > NAME_LENGTH or not is_line(name):
             raise InputError(
                 f"the glTF names {name[:100]!r}: a name must be one line of up to {NAME_LENGTH} "
                 "characters"

@@ -13,6 +13,7 @@ from urllib.parse import urljoin, urlsplit
 import httpcore2
 
 from meshcone.errors import InputError
+from meshcone.text import as_line
 from worker.outbound.addresses import PublicBackend, RefusedAddressError, require_url
 from worker.transfers.budget import Share
 from worker.transfers.errors import PassingError
@@ -205,4 +206,4 @@ def _origin(url: str) -> tuple[str, str]:
 
 def _words(error: Exception) -> str:
     words = str(error) or type(error).__name__
-    return "".join(each if each.isprintable() else " " for each in words)[:200]
+    return as_line(words, " ")[:200]

@@ -26,6 +26,7 @@ from meshcone.assets.obj.numbers import (
 from meshcone.assets.obj.scan import ObjLines
 from meshcone.assets.weld import group_equal_rows
 from meshcone.srgb import to_linear
+from meshcone.text import words_of
 
 _Read = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 
@@ -135,10 +136,10 @@ def _library_names(statement: str, reader: LibraryReader) -> list[str]:
 
     A number sign is of a name or begins a comment: what was sent decides.
     """
-    for whole in (statement, statement.partition("#")[0].rstrip()):
+    for whole in (statement, statement.partition("#")[0].rstrip(" \t")):
         if whole and reader.find(whole) is not None:
             return [whole]
-    words = statement.split()
+    words = words_of(statement)
     return list(takewhile(lambda word: not word.startswith("#"), words))
 
 

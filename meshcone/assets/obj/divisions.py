@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets.divisions import Division
 from meshcone.assets.obj.scan import ObjLines
+from meshcone.text import words_of
 
 
 def face_divisions(lines: ObjLines, rows: NDArray[np.int64]) -> dict[str, Division]:
@@ -24,7 +25,7 @@ def face_divisions(lines: ObjLines, rows: NDArray[np.int64]) -> dict[str, Divisi
     """
     return {
         "meshes": _division([[name] for name in lines.names(lines.objects)], lines.objects, rows),
-        "groups": _division([n.split() for n in lines.names(lines.groups)], lines.groups, rows),
+        "groups": _division(list(map(words_of, lines.names(lines.groups))), lines.groups, rows),
         "materials": _division(
             [[name] for name in lines.names(lines.materials)], lines.materials, rows
         ),

@@ -210,7 +210,7 @@ class LibraryReader:
     def _image(self, name: str) -> int:
         """The image of a name, which may be followed by a comment."""
         data = self._beside(name)
-        bare = name.partition("#")[0].rstrip()
+        bare = name.partition("#")[0].rstrip(" \t")
         if data is None and bare != name:
             data = self._beside(bare)
             name = bare if data is not None else name
@@ -237,7 +237,7 @@ def named_images(data: bytes) -> Iterator[str]:
     for image in reader.images:
         yield image.name
         if "#" in image.name:
-            yield image.name.partition("#")[0].rstrip()
+            yield image.name.partition("#")[0].rstrip(" \t")
 
 
 def _told(words: list[bytes]) -> str:

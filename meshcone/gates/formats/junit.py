@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 
 from meshcone.gates.records import GateCheck
 from meshcone.gates.results import NO_GATE, AssetResult, GateRun
+from meshcone.text import as_line
 
 
 def to_junit(run: GateRun) -> bytes:
@@ -82,4 +83,4 @@ def _seconds(value: float) -> str:
 
 def _printable(text: str) -> str:
     # XML has no way to write most control characters (XML 1.0, production 2), and file names do.
-    return "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
+    return as_line(text, "\N{REPLACEMENT CHARACTER}")

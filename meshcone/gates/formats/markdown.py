@@ -15,6 +15,7 @@ from urllib.parse import quote
 from meshcone.gates.records import GateCheck
 from meshcone.gates.results import AssetResult, Ending, GateRun
 from meshcone.gates.words import label
+from meshcone.text import as_line
 
 MOST_ASSETS = 50  # with a row each
 MOST_CHECKS = 10  # of an asset, in words
@@ -159,9 +160,7 @@ def _text(words: str) -> str:
     """Words as plain text: no markup, and no mention that would notify a person."""
     if len(words) > _LONGEST:
         words = words[:_LONGEST] + "…"
-    printable = "".join(
-        each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in words
-    )
-    escaped = _MARKUP.sub(lambda found: f"&#{ord(found[0])};", printable)
+    line = as_line(words, "\N{REPLACEMENT CHARACTER}")
+    escaped = _MARKUP.sub(lambda found: f"&#{ord(found[0])};", line)
     # GitHub looks for people's names in what the entities become.
     return escaped.replace("&#64;", "&#64;&#8203;")

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from meshcone.errors import InputError, LimitError, MeshConeError
 from meshcone.json_text import DuplicateNameError, named_once
 from meshcone.suggestions import first_cause, in_words
+from meshcone.text import is_line
 from service.api.batch_schemas import NAME_LENGTH, BatchHeader
 from service.api.submission.document import DOCUMENT_BYTES, submission_in
 from service.api.submission.parts import SubmittedForm
@@ -125,9 +126,7 @@ def _header(fields: Mapping[str, Any]) -> BatchHeader:
 
 def _require_line(name: Any) -> None:
     """Refuse a name that lists and reports could not show; half a character is in no answer."""
-    if name is None or (
-        isinstance(name, str) and name.isprintable() and 0 < len(name) <= NAME_LENGTH
-    ):
+    if name is None or (isinstance(name, str) and is_line(name) and 0 < len(name) <= NAME_LENGTH):
         return
     raise InputError(f"field 'name': must be one line of up to {NAME_LENGTH} characters")
 

@@ -12,6 +12,7 @@ from meshcone.gates.fitting import require_known, require_units
 from meshcone.gates.units import format_named
 from meshcone.options import Options, parse_options
 from meshcone.relative_names import NAME_LENGTH, inside
+from meshcone.text import as_line, is_line
 from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
 from service.settings import ServiceSettings
 from worker.jobs.records import Output, OutputName, RemoteFile
@@ -138,11 +139,11 @@ def file_name(field: str, sent: str) -> str:
     Raises:
         InputError: nothing of it is a name.
     """
-    printable = "".join(character for character in sent if character.isprintable())
+    line = as_line(sent)
     # A mesh may name a resource by its path; a path that leads elsewhere is one of the client's
     # own machine, in its own spelling, and so is that of a mesh.
-    path = inside(printable) if field in RESOURCE_FIELDS else None
-    name = path or printable.replace("\\", "/").rpartition("/")[2]
+    path = inside(line) if field in RESOURCE_FIELDS else None
+    name = path or line.replace("\\", "/").rpartition("/")[2]
     if not name:
         raise InputError(f"the file in form field '{field}' has no name")
     return name[-NAME_LENGTH:]
@@ -227,7 +228,7 @@ def labels_of(sent: Iterable[str]) -> tuple[str, ...]:
     if len(labels) > MAX_LABELS:
         raise LimitError(f"{len(labels)} labels are more than the {MAX_LABELS} accepted here")
     for label in labels:
-        if len(label) > LABEL_LENGTH or not label.isprintable():
+        if len(label) > LABEL_LENGTH or not is_line(label):
             raise InputError(
                 f"form field 'label' must be one line of up to {LABEL_LENGTH} characters"
             )

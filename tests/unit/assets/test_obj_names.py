@@ -55,6 +55,7 @@ def test_a_comment_after_the_name_of_an_image_that_was_sent_is_no_part_of_it() -
         (b"mtllib a b.mtl # two words", {"a b.mtl": True}),
         (b"mtllib gone.mtl # a comment", {"gone.mtl": False}),
         (b"mtllib gone#1.mtl", {"gone#1.mtl": False}),
+        ("mtllib gone\u00a0b.mtl c.mtl".encode(), {"gone\u00a0b.mtl": False, "c.mtl": False}),
         (b"mtllib # none", {}),
     ],
 )

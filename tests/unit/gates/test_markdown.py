@@ -27,6 +27,7 @@ HOSTILE = [
     "www.evil.example",
     "https://evil.example/",
     "\u202egnp.obj",
+    "a\u00a0b.obj",
     "$x$ :smile: #1",
 ]
 
@@ -118,7 +119,7 @@ def test_every_check_that_did_not_pass_stands_below() -> None:
 def test_a_hostile_name_is_text_in_its_cell(name: str) -> None:
     run = GateRun.of([asset(name, check("fail").model_copy(update={"words": name}))])
     data = to_markdown(run)
-    printable = "".join(each if each.isprintable() else "\ufffd" for each in name)
+    printable = name.replace("\n", "\ufffd").replace("\u202e", "\ufffd")
 
     [row] = rows(data)
 

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshcone.errors import InputError, LimitError
+from meshcone.text import is_line
 from service.api.submission.batch_document import BatchDocument
 from service.settings import ServiceSettings
 
@@ -19,7 +20,7 @@ PAIR = {
     "source": {"url": "https://assets.example.org/mug.glb"},
     "reference": {"url": "https://assets.example.org/scan.glb"},
 }
-LINE = st.characters(codec="utf-8").filter(str.isprintable)
+LINE = st.characters(codec="utf-8").filter(is_line)
 SPACE = st.text(" \n\t\r", max_size=3)
 
 

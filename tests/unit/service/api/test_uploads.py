@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from service.api.submission.parts import file_name
+
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 MESH = ("mug.obj", TRIANGLE)
 DEFAULTS = {"options": "{}"}
@@ -142,6 +144,15 @@ def test_more_parts_than_accepted_are_refused_before_they_are_all_read(http: Tes
 def test_a_label_is_one_short_line(http: TestClient) -> None:
     assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "x" * 201})
     assert "'label' must be one line" in detail(http, both(), {**DEFAULTS, "label": "a\nb"})
+
+
+def test_a_label_may_be_an_emoji_of_several_characters(http: TestClient) -> None:
+    assert "broker" in detail(http, both(), {**DEFAULTS, "label": "👩\u200d🚀"}, 503)
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u202f", "\u3000", "\u200c", "\u200d", "\u00ad"])
+def test_a_resource_is_found_by_a_name_that_has_more_than_letters(blank: str) -> None:
+    assert file_name("resources", f"data/a{blank}b.bin") == f"data/a{blank}b.bin"
 
 
 def test_a_path_in_a_file_name_is_not_repeated(http: TestClient) -> None:

@@ -21,6 +21,10 @@ def test_each_name_is_told_once() -> None:
     assert names_in(gltf("a.bin", "data/b%20c.bin", "./a.bin")) == ["a.bin", "data/b c.bin"]
 
 
+def test_a_name_may_have_spaces_of_any_width() -> None:
+    assert names_in(gltf("a%C2%A0b.bin", "c%E3%80%80d.bin")) == ["a\u00a0b.bin", "c\u3000d.bin"]
+
+
 @pytest.mark.parametrize("uri", ["a" * 256, "a%0ab.bin", "a%1b[2Jb.bin", "a%E2%80%AEnib.bin"])
 def test_a_name_that_is_too_long_or_not_printable_is_refused_in_printable_words(uri: str) -> None:
     with pytest.raises(InputError, match="one line of up to 255 characters") as caught:
