@@ -32,7 +32,7 @@ _LEAST_OF_NORMALS = 0.5  # mean blue of a normal map that points outwards
 
 
 def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
-    """Look at every image; the pixels of those that materials use are decoded."""
+    """Look at every image; their pixels are decoded, as far as they are not too many."""
     uses = _uses(subject.content)
     with PictureDecoder() as decoder:
         looks = list(_looks(subject, pictures, decoder))
@@ -47,7 +47,7 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         names=tuple(each.name for each in records),
         formats=tuple(dict.fromkeys(each.format for each in records)),
         missing=sum(picture.fault == "missing" for picture in pictures),
-        unreadable=sum(picture.fault not in (None, "missing") for picture in pictures),
+        unreadable=_count(map(_is_unreadable, pictures, looks)),
         not_tested=sum(not look.tested for look in looks),
         not_power_of_two=_count(_not(each.power_of_two) for each in records),
         not_square=_count(_not(each.square) for each in records),
@@ -73,12 +73,14 @@ class _Look:
     """What the pixels of one image say.
 
     Attributes:
-        tested: whether they were decoded, if anything uses them.
+        tested: whether they were decoded, if the image has any.
+        fault: why nobody can decode them, if so.
         luminance: mean, 1st and 99th percentile of a base colour.
         holds_normals: of a normal map.
     """
 
     tested: bool = True
+    fault: str | None = None
     alpha_used: bool | None = None
     luminance: tuple[float, float, float] | None = None
     holds_normals: bool | None = None
@@ -91,8 +93,8 @@ def _looks(
     left = _MOST_TEXELS
     for number, picture in enumerate(pictures):
         slots = uses.get(number, ())
-        if not slots or picture.fault is not None:
-            yield _Look()
+        if picture.fault is not None:
+            yield _Look(fault=picture.fault)
             continue
         texels = picture.texels or 0
         if texels > min(left, MOST_TEXELS):
@@ -107,8 +109,8 @@ def _looks(
 def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> _Look:
     try:
         pixels = decoder.pixels(picture)
-    except UndecodableError:
-        return _Look(tested=False)
+    except UndecodableError as error:
+        return _Look(fault=str(error)) if error.damaged else _Look(tested=False)
     return _Look(
         alpha_used=bool((pixels[..., 3] < _OPAQUE).any()),
         luminance=_luminance(pixels) if BASE_COLOR in slots else None,
@@ -116,6 +118,13 @@ def _look(picture: Picture, slots: tuple[str, ...], decoder: PictureDecoder) -> 
         if not NORMALS.isdisjoint(slots)
         else None,
     )
+
+
+def _is_unreadable(picture: Picture, look: _Look) -> bool | None:
+    # A KTX2 is not decoded, but all that its header refers to is there.
+    if not look.tested and picture.format != "ktx2":
+        return None
+    return look.fault is not None and picture.image.data is not None
 
 
 def _has_wrong_color_space(slots: tuple[str, ...], look: _Look) -> bool | None:
@@ -177,7 +186,7 @@ def _record(picture: Picture, slots: tuple[str, ...], look: _Look) -> ImageRecor
         used_as=slots,
         power_of_two=_is_power(width or 0) and _is_power(height or 0) if known else None,
         square=width == height if known else None,
-        fault=picture.fault,
+        fault=look.fault,
         luminance_mean=mean,
         luminance_p1=low,
         luminance_p99=high,

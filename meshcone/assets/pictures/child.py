@@ -4,6 +4,7 @@ Started by file name, so that it imports nothing but Pillow. For each image it r
 standard input the bytes of memory it may use, the seconds it may take, the number of bytes
 (unsigned 64-bit, little-endian) and the bytes. It answers on standard output with a status (one
 byte), the number of bytes that follow (unsigned 64-bit), and these: RGBA row by row, or why not.
+What says nothing of the image, such as too little memory, has a status of its own.
 """
 
 import io
@@ -15,7 +16,7 @@ from typing import BinaryIO
 
 from PIL import Image
 
-DECODED, REFUSED = 0, 1
+DECODED, DAMAGED, REFUSED = 0, 1, 2
 REQUEST, ANSWER = struct.Struct("<QQQ"), struct.Struct("<BQ")
 FORMATS = ("PNG", "JPEG", "WEBP")
 _ROWS = 64
@@ -31,9 +32,10 @@ def main() -> int:
         try:
             image = _decoded(data)
         except MemoryError:
-            _refuse(sink, "decoding it takes more memory than an image of its size needs")
+            why = "decoding it takes more memory than an image of its size needs"
+            _refuse(sink, REFUSED, why)
         except Exception as error:  # noqa: BLE001 - whatever Pillow raises over damaged files
-            _refuse(sink, f"damaged: {error}")
+            _refuse(sink, DAMAGED, f"damaged: {error}")
         else:
             sink.write(ANSWER.pack(DECODED, 4 * image.width * image.height))
             for strip in _strips(image):
@@ -43,13 +45,15 @@ def main() -> int:
     return 0
 
 
-def _refuse(sink: BinaryIO, why: str) -> None:
+def _refuse(sink: BinaryIO, status: int, why: str) -> None:
     reason = why.encode()
-    sink.write(ANSWER.pack(REFUSED, len(reason)) + reason)
+    sink.write(ANSWER.pack(status, len(reason)) + reason)
 
 
 def _decoded(data: bytes) -> Image.Image:
     opened = Image.open(io.BytesIO(data), formats=FORMATS)
+    if opened.format == "PNG":  # whose checksums are not looked at otherwise
+        Image.open(io.BytesIO(data), formats=("PNG",)).verify()
     opened.load()
     if not opened.mode.startswith("I"):
         return opened

@@ -18,7 +18,7 @@ from typing import IO, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.pictures.child import ANSWER, DECODED, REQUEST
+from meshcone.assets.pictures.child import ANSWER, DAMAGED, DECODED, REQUEST
 from meshcone.assets.pictures.picture import MOST_TEXELS, Picture, UndecodableError
 from meshcone.lifeline import tied_command
 
@@ -61,7 +61,7 @@ class PictureDecoder:
                 decoded here.
         """
         if picture.fault is not None:
-            raise UndecodableError(picture.fault)
+            raise UndecodableError(picture.fault, damaged=picture.image.data is not None)
         if picture.format == "ktx2":
             raise UndecodableError("KTX2 images are not decoded")
         width, height = picture.width or 0, picture.height or 0
@@ -71,7 +71,9 @@ class PictureDecoder:
             )
         pixels = self._ask(picture.image.data or b"", width * height)
         if len(pixels) != width * height * _CHANNELS:
-            raise UndecodableError("damaged: it has another size than its header says")
+            raise UndecodableError(
+                "damaged: it has another size than its header says", damaged=True
+            )
         return np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, _CHANNELS)
 
     def _ask(self, data: bytes, texels: int) -> bytes:
@@ -96,7 +98,8 @@ class PictureDecoder:
             self._end()
             raise
         if status != DECODED:
-            raise UndecodableError(answer[:_LONGEST_REASON].decode("utf-8", "replace"))
+            reason = answer[:_LONGEST_REASON].decode("utf-8", "replace")
+            raise UndecodableError(reason, damaged=status == DAMAGED)
         return answer
 
     def _end(self) -> None:

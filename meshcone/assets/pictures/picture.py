@@ -13,19 +13,25 @@ from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from meshcone.assets.content import Image
+from meshcone.assets.pictures import ktx2
 from meshcone.picture_formats import PictureFormat
 
 MOST_TEXELS = 8192 * 8192
 """Of one image that is decoded: 256 MiB as RGBA."""
 
 _FORMATS: dict[str, PictureFormat] = {"PNG": "png", "JPEG": "jpeg", "WEBP": "webp"}
-_KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
-_KTX2_SIZE = struct.Struct("<II")
-_KTX2_SIZE_AT = 20  # KTX File Format 2.0, section 3.4: after identifier, vkFormat and typeSize
 
 
 class UndecodableError(Exception):
-    """The pixels of an image cannot be had; the message says why."""
+    """The pixels of an image cannot be had; the message says why.
+
+    Attributes:
+        damaged: whether that is the image's own fault, so that nobody can show it.
+    """
+
+    def __init__(self, message: str, *, damaged: bool = False) -> None:
+        super().__init__(message)
+        self.damaged = damaged
 
 
 @dataclass(frozen=True)
@@ -64,11 +70,9 @@ def read_picture(image: Image) -> Picture:
     if data is None:
         return Picture(image, "unknown", fault="missing")
     digest = hashlib.sha256(data).hexdigest()
-    if data.startswith(_KTX2):
-        if len(data) < _KTX2_SIZE_AT + _KTX2_SIZE.size:
-            return Picture(image, "ktx2", sha256=digest, fault="its header is cut short")
-        width, height = _KTX2_SIZE.unpack_from(data, _KTX2_SIZE_AT)
-        return Picture(image, "ktx2", width, max(height, 1), digest)
+    if data.startswith(ktx2.IDENTIFIER):
+        found = ktx2.read(data)
+        return Picture(image, "ktx2", found.width, found.height, digest, found.fault)
     try:
         with _opened(data) as opened:
             kind = _FORMATS[opened.format or ""]

@@ -39,7 +39,10 @@ class Textures(Section):
     names: tuple[str, ...] = Field(description="of the images")
     formats: tuple[PictureFormat, ...] = Field(description="each that occurs, once")
     missing: int = Field(description="images that were not sent or cannot be had")
-    unreadable: int = Field(description="images that are damaged or of an unknown format")
+    unreadable: int | None = Field(
+        description="images that are damaged or of an unknown format; null where one other than a "
+        "KTX2, of which headers and lengths are looked at, was not decoded"
+    )
     not_tested: int = Field(description="images whose pixels were not decoded")
     not_power_of_two: int | None = Field(
         description="images with a side that is no power of two; null where the size of one could "

@@ -115,10 +115,16 @@ def test_each_material_paints_its_own_faces() -> None:
     assert found[2:] == pytest.approx(np.tile([0, 0, 1, 0.5], (2, 1)))
 
 
+# A header of 4 by 4 texels and one level, which is empty.
+KTX2 = (
+    b"\xabKTX 20\xbb\r\n\x1a\n" + np.array([37, 1, 4, 4, 0, 0, 1, 1], "<u4").tobytes() + bytes(60)
+)
+
+
 @pytest.mark.parametrize(
     ("image", "why"),
     [
-        (b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80), "KTX2"),
+        (KTX2, "KTX2 images are not decoded"),
         (b"no picture", "no PNG, JPEG, WebP or KTX2"),
         (encoded(picture())[:200], "damaged"),
     ],

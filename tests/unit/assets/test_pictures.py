@@ -95,6 +95,46 @@ def test_an_image_that_cannot_be_decoded_is_refused(
         decoder.pixels(read(data))
 
 
+def ktx2(levels: int = 1, end: int = 150) -> bytes:
+    """A KTX2 of 4 by 4 texels whose levels have 16 bytes each, up to some byte."""
+    header = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<9I", 37, 1, 4, 4, 0, 0, 1, levels, 0)
+    described = struct.pack("<4I2Q", 104, 28, 0, 0, 0, 0)
+    index = b"".join(struct.pack("<3Q", 132, 16, 16) for _ in range(levels))
+    return (header + described + index + bytes(100))[:end]
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (ktx2(), None),
+        (ktx2(end=28), "its header of 80 bytes is cut short"),
+        (ktx2(end=90), "its list of levels ends at byte 104; the file has 90"),
+        (ktx2(end=140), "level 0 ends at byte 148; the file has 140"),
+        (ktx2(levels=40), "40 levels are more than its size has"),
+    ],
+    ids=["whole", "header", "levels", "texels", "too many levels"],
+)
+def test_a_ktx2_has_all_that_its_header_refers_to(data: bytes, fault: str | None) -> None:
+    assert read(data).fault == (fault and f"damaged: {fault}")
+
+
+def test_a_png_with_a_wrong_checksum_is_damaged(decoder: PictureDecoder) -> None:
+    data = bytearray(encoded(picture()))
+    data[-20] ^= 1
+
+    with pytest.raises(UndecodableError) as caught:
+        decoder.pixels(read(bytes(data)))
+
+    assert caught.value.damaged
+
+
+def test_an_image_that_is_only_too_large_is_not_damaged(decoder: PictureDecoder) -> None:
+    with pytest.raises(UndecodableError) as caught:
+        decoder.pixels(read(lying(16384, 8192)))
+
+    assert not caught.value.damaged
+
+
 def test_an_image_after_one_that_ended_the_process_is_decoded() -> None:
     with PictureDecoder() as decoder:
         decoder.pixels(read(encoded(picture())))

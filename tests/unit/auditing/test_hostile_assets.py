@@ -97,7 +97,9 @@ def test_images_that_claim_more_than_is_decoded_altogether_are_told() -> None:
 
     found = audit(document).textures
 
-    assert (found.largest_width, found.not_tested) == (8192, 6)
+    # Four of them may be decoded, and turn out to hold nothing.
+    assert (found.largest_width, found.not_tested) == (8192, 2)
+    assert found.unreadable is None
     assert found.base_color_luminance_max is None
 
 

@@ -92,7 +92,25 @@ def test_an_image_that_lies_about_its_size_is_not_decoded() -> None:
     found = audit(document).textures
 
     assert found.images[0].luminance_mean is None
-    assert found.not_tested + found.unreadable == 1
+    assert (found.not_tested, found.unreadable) == (0, 1)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG", "WEBP"])
+@pytest.mark.parametrize("used", [True, False])
+def test_an_image_that_is_cut_in_half_is_unreadable(kind: str, used: bool) -> None:
+    out = io.BytesIO()
+    noise = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    Image.fromarray(noise).save(out, kind)
+    data = out.getvalue()
+    document = one_square()
+    document.json["images"] = [{"bufferView": document.view(data[: len(data) // 2])}]
+    if not used:
+        document.json["materials"] = [{}]
+
+    found = audit(document).textures
+
+    assert (found.unreadable, found.not_tested, found.missing) == (1, 0, 0)
+    assert str(found.images[0].fault).startswith("damaged: ")
 
 
 def test_alpha_that_an_opaque_material_ignores_is_told() -> None:
