@@ -7,7 +7,7 @@ import os
 import stat
 import tempfile
 from collections.abc import Iterable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from meshcone.errors import InputError
 from meshcone.places import is_folder, is_missing, is_there, obstacle, real, reason
@@ -90,6 +90,24 @@ def require_places(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> No
                     "for what is written",
                     file=str(path),
                 )
+
+
+def require_format(out: Path, source: str) -> None:
+    """Refuse a name for a refined mesh that says another format than its source's.
+
+    Args:
+        out: where the refined mesh is to be written.
+        source: file name of the source.
+
+    Raises:
+        InputError: the two end in different ways.
+    """
+    suffix = PurePath(source).suffix
+    if suffix and out.suffix.lower() != suffix.lower():
+        raise InputError(
+            f"the refined mesh has the source's format: its name must end in '{suffix}'",
+            file=str(out),
+        )
 
 
 def require_folder(folder: Path) -> None:

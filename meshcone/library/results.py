@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from meshcone.errors import InputError
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.words import label
 from meshcone.library.inputs import LoadedMesh, MeshHolder
-from meshcone.outputs import certificate_path, certificate_place, require_places, write_together
+from meshcone.outputs import (
+    certificate_path,
+    certificate_place,
+    require_format,
+    require_places,
+    write_together,
+)
 
 if TYPE_CHECKING:
     import os
@@ -214,12 +219,7 @@ def require_saveable(
         (out, report, certificate_place(report), html),
         source.files() + reference.files(),
     )
-    suffix = PurePath(source.name).suffix
-    if suffix and out.suffix.lower() != suffix.lower():
-        raise InputError(
-            f"the refined mesh has the source's format: its name must end in '{suffix}'",
-            file=str(out),
-        )
+    require_format(out, source.name)
 
 
 @dataclass(frozen=True, repr=False)

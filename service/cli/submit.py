@@ -11,10 +11,16 @@ import typer
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.local_files import files_of, read_bytes, read_local
-from meshcone.outputs import certificate_path, certificate_place, require_places, write_together
+from meshcone.outputs import (
+    certificate_path,
+    certificate_place,
+    require_format,
+    require_places,
+    write_together,
+)
 from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
-from service.cli.missed import missed_lines
+from service.cli.missed import Missed, missed
 from service.cli.progress_bar import progress_bar
 from service.cli.telling import tell
 
@@ -122,11 +128,11 @@ def command(
 
     With --out or --report the command waits until the job has ended, and writes the files. Without
     them it prints the address of the job and ends. It exits with 1 if a tolerance (--set
-    within=0.5mm) is not reached. With --batch it waits for the last job, prints every verdict and
-    exits as `meshcone gate` does; --report then names the file for what `meshcone gate --json`
-    writes. An API key is read from MESHCONE_API_KEY.
+    within=0.5mm) is not reached or a gate (--set gates=…) is not passed. With --batch it waits for
+    the last job, prints every verdict and exits as `meshcone gate` does; --report then names the
+    file for what `meshcone gate --json` writes. An API key is read from MESHCONE_API_KEY.
     """
-    from service.client.links import is_link
+    from service.client.links import is_link, source_name
 
     if batch is not None:
         others = (source, out, label, webhook, put, per, assignments, source_secret, source_sha256)
@@ -140,6 +146,8 @@ def command(
         raise InputError(f"the mode '{options.mode}' makes no mesh: leave out --out")
     if reference is None and options.mode != "audit":
         raise InputError("REFERENCE is missing: only the mode audit can do without")
+    if out is not None:
+        require_format(out, source_name(source))
     outputs = _outputs(put or ())
     listed = options.cones.pin.vertices_file
     meshes = [(source, listed), (reference, None)]
@@ -157,7 +165,7 @@ def command(
     import httpx2
 
     from service.client import ServiceError
-    from service.client.connection import connect, error_of
+    from service.client.connection import connect, error_of, no_answer
 
     with connect(server) as client:
         try:
@@ -174,15 +182,16 @@ def command(
                 return 0
             ended = _ended(client, job)
             contents = _results(client, ended, out, report)
-            missed = [] if options.within is None else missed_lines(client.report(ended.id))
+            asked = options.within is not None or options.gates or options.keep
+            short = missed(client.report(ended.id)) if asked else Missed((), failed=False)
         except ServiceError as error:
             raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
-            raise InternalError(f"the service does not answer: {error}") from None
+            raise no_answer(error) from None
     write_together(contents)
-    for line in missed:
+    for line in short.lines:
         tell(line, err=True)
-    return _NOT_REACHED if missed else 0
+    return _NOT_REACHED if short.failed else 0
 
 
 def _submit_batch(file: Path, server: str, report: Path | None) -> int:
@@ -190,7 +199,7 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
 
     from service.cli.gate import exit_code_of, show_run
     from service.client import ServiceError
-    from service.client.connection import connect, error_of
+    from service.client.connection import connect, error_of, no_answer
 
     require_places([report], [file])
     document = _document(file)
@@ -208,7 +217,7 @@ def _submit_batch(file: Path, server: str, report: Path | None) -> int:
         except ServiceError as error:
             raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
-            raise InternalError(f"the service does not answer: {error}") from None
+            raise no_answer(error) from None
     if report is not None:
         write_together({report: run.model_dump_json(indent=2).encode() + b"\n"})
     show_run(run)

@@ -17,6 +17,7 @@ from service.api.batch_schemas import (
     batch_path,
 )
 from service.api.schemas import JobList, ListedJob
+from service.client.transport import parsed
 
 if TYPE_CHECKING:
     from service.client.transport import Transport
@@ -50,17 +51,17 @@ class BatchCalls:
         sent = {**_as_sent(header or {}), "pairs": [_as_sent(pair) for pair in pairs]}
         headers = {"Idempotency-Key": idempotency_key or str(uuid.uuid4())}
         answer = self._transport.request("POST", BATCHES_PATH, json=sent, headers=headers)
-        return Batch.model_validate_json(answer.content)
+        return parsed(Batch, answer)
 
     def batch(self, batch_id: str) -> Batch:
         """A batch as it is now."""
         answer = self._transport.request("GET", batch_path(batch_id))
-        return Batch.model_validate_json(answer.content)
+        return parsed(Batch, answer)
 
     def batches(self, **filters: str | int) -> BatchList:
         """A page of batches, newest first; filters are the parameters of ``GET /v1/batches``."""
         answer = self._transport.request("GET", BATCHES_PATH, params=filters)
-        return BatchList.model_validate_json(answer.content)
+        return parsed(BatchList, answer)
 
     def batch_jobs(self, batch_id: str, **filters: str | int) -> Iterator[ListedJob]:
         """Every job of a batch that the filters select, those of its last pairs first."""
@@ -69,7 +70,7 @@ class BatchCalls:
             answer = self._transport.request(
                 "GET", f"{batch_path(batch_id)}/jobs", params=parameters
             )
-            page = JobList.model_validate_json(answer.content)
+            page = parsed(JobList, answer)
             yield from page.jobs
             if page.next is None:
                 return
@@ -109,7 +110,7 @@ class BatchCalls:
     def batch_result(self, batch_id: str) -> GateRun:
         """What came of each pair of a batch that has finished, in the order of the pairs."""
         answer = self._transport.request("GET", f"{batch_path(batch_id)}/result")
-        return GateRun.model_validate_json(answer.content)
+        return parsed(GateRun, answer)
 
     def batch_summary(self, batch_id: str, kind: Summary) -> bytes:
         """The result of a batch that has finished, as JUnit XML, SARIF or Markdown."""
@@ -118,7 +119,7 @@ class BatchCalls:
     def cancel_batch(self, batch_id: str) -> Batch:
         """Cancel the queued jobs of a batch, and ask those that run to stop."""
         answer = self._transport.request("POST", f"{batch_path(batch_id)}/cancel")
-        return Batch.model_validate_json(answer.content)
+        return parsed(Batch, answer)
 
     def delete_batch(self, batch_id: str) -> None:
         """Remove a batch that has finished, with its jobs and their files."""

@@ -23,6 +23,7 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
+from meshcone.text import as_text
 from service.api.schemas import (
     JOBS_PATH,
     Deletion,
@@ -37,7 +38,7 @@ from service.api.schemas import (
 )
 from service.client.batches import BatchCalls
 from service.client.links import is_link, link_to
-from service.client.transport import Transport
+from service.client.transport import Transport, parsed, parsed_object
 from worker.jobs.records import FINAL_STATES, OutputName
 
 PATIENCE = 120.0  # seconds
@@ -150,7 +151,7 @@ class Client(BatchCalls):
             parts += [(field, _content(file)) for file in files]
         headers = {"Idempotency-Key": idempotency_key or str(uuid.uuid4())}
         answer = self._transport.request("POST", JOBS_PATH, files=parts, headers=headers)
-        return Job.model_validate_json(answer.content)
+        return parsed(Job, answer)
 
     def upload(self, file: MeshFile) -> NamedBlob:
         """Send a file that many jobs will name, unless the service has it; without resources."""
@@ -159,11 +160,11 @@ class Client(BatchCalls):
         # The question has a file that was sent kept for as long as if it were sent again.
         if self._transport.answer("HEAD", path).status_code != httpx2.codes.OK:
             self._transport.request("PUT", path, content=file.data)
-        return NamedBlob(name=file.name, sha256=digest)
+        return NamedBlob(name=as_text(file.name), sha256=digest)
 
     def job(self, job_id: str) -> Job:
         """A job as it is now."""
-        return Job.model_validate_json(self._get(job_path(job_id)).content)
+        return parsed(Job, self._get(job_path(job_id)))
 
     def jobs(self, **filters: str | int | Sequence[str]) -> JobList:
         """A page of jobs, newest first, without their options.
@@ -171,7 +172,7 @@ class Client(BatchCalls):
         Filters are the parameters of ``GET /v1/jobs``.
         """
         answer = self._transport.request("GET", JOBS_PATH, params=filters)
-        return JobList.model_validate_json(answer.content)
+        return parsed(JobList, answer)
 
     def all_jobs(self, **filters: str | int | Sequence[str]) -> Iterator[ListedJob]:
         """Every job that the filters select, newest first, page by page."""
@@ -217,7 +218,7 @@ class Client(BatchCalls):
     def cancel(self, job_id: str) -> Job:
         """Cancel a queued job, or ask a running one to stop."""
         answer = self._transport.request("POST", f"{job_path(job_id)}/cancel")
-        return Job.model_validate_json(answer.content)
+        return parsed(Job, answer)
 
     def delete(self, job_id: str) -> None:
         """Remove a job that has ended, with its files."""
@@ -235,7 +236,7 @@ class Client(BatchCalls):
         parameters: dict[str, Any] = {"label": labels}
         while True:
             answer = self._transport.request("DELETE", JOBS_PATH, params=parameters)
-            page = Deletion.model_validate_json(answer.content)
+            page = parsed(Deletion, answer)
             deleted, not_finished = deleted + page.deleted, not_finished + page.not_finished
             if page.next is None:
                 return Deletion(deleted=deleted, not_finished=not_finished, next=None)
@@ -253,12 +254,13 @@ class Client(BatchCalls):
 
     def report(self, job_id: str) -> dict[str, Any]:
         """The report of a job that succeeded."""
-        report: dict[str, Any] = json.loads(self.report_bytes(job_id))
-        return report
+        return parsed_object(self._get(f"{job_path(job_id)}/report"))
 
     def report_bytes(self, job_id: str) -> bytes:
         """The report of a job that succeeded, as it was written."""
-        return self._get(f"{job_path(job_id)}/report").content
+        answer = self._get(f"{job_path(job_id)}/report")
+        parsed_object(answer)  # or the page of a proxy could be taken for it
+        return answer.content
 
     def certificate(self, job_id: str) -> bytes:
         """The certificate of a job that succeeded; there is none where nothing was proven."""
@@ -280,8 +282,7 @@ class Client(BatchCalls):
 
     def diagnostics(self, job_id: str) -> dict[str, Any]:
         """What the solver did, of a job that succeeded."""
-        diagnostics: dict[str, Any] = self._get(f"{job_path(job_id)}/diagnostics").json()
-        return diagnostics
+        return parsed_object(self._get(f"{job_path(job_id)}/diagnostics"))
 
     def diagnostics_csv(self, job_id: str) -> str:
         """The solver's iterations as a table, of a job that succeeded."""
@@ -294,7 +295,7 @@ class Client(BatchCalls):
 def _content(file: MeshFile | NamedBlob | LinkedFile) -> tuple[str | None, str | bytes]:
     if isinstance(file, _ByName):
         return None, file.model_dump_json()
-    return file.name, file.data
+    return as_text(file.name), file.data
 
 
 def _listed(options: Mapping[str, Any]) -> str | None:

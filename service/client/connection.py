@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 
 import httpx2
-from pydantic import ValidationError
 
 from meshcone.errors import (
     CrashError,
@@ -18,7 +17,12 @@ from meshcone.errors import (
     SolveTimeoutError,
 )
 from service.client.client import Client
-from service.client.transport import ServiceError
+from service.client.transport import (
+    UNSENDABLE_KEY,
+    ServiceError,
+    UnreadableAnswerError,
+    is_sendable_key,
+)
 from service.problems import Problem
 
 API_KEY_VARIABLE = "MESHCONE_API_KEY"  # an argument could be read by everybody on this machine
@@ -43,18 +47,30 @@ def connect(url: str) -> Client:
     Raises:
         InputError: no such service answers, or it does not let us in.
     """
+    key = os.environ.get(API_KEY_VARIABLE) or None
+    if key is not None and not is_sendable_key(key):
+        raise InputError(f"environment variable {API_KEY_VARIABLE}: {UNSENDABLE_KEY}")
     try:
-        client = Client(url, api_key=os.environ.get(API_KEY_VARIABLE) or None)
+        client = Client(url, api_key=key)
         client.jobs(limit=1)
-    except (httpx2.HTTPError, httpx2.InvalidURL, ValidationError):
+    except (httpx2.HTTPError, httpx2.InvalidURL, UnicodeError):
         raise InputError(f"no MeshCone service answers at {url}") from None
     except ServiceError as error:
         if error.problem.status == httpx2.codes.UNAUTHORIZED:
             raise InputError(
                 f"the service at {url} asks for an API key: set {API_KEY_VARIABLE} to one it knows"
             ) from None
-        raise InputError(f"the service at {url} cannot work just now: {error}") from None
+        # A key that may submit alone may not list jobs.
+        if error.problem.status != httpx2.codes.FORBIDDEN:
+            raise InputError(f"the service at {url} cannot work just now: {error}") from None
     return client
+
+
+def no_answer(error: httpx2.HTTPError) -> InternalError:
+    """The error that it is for a command that a service does not answer, or not as one does."""
+    if isinstance(error, UnreadableAnswerError):
+        return InternalError(str(error))
+    return InternalError(f"the service does not answer: {error}")
 
 
 def error_of(problem: Problem) -> MeshConeError:

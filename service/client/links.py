@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from pathlib import PurePosixPath
 
 from pydantic import ValidationError
@@ -14,6 +15,7 @@ from worker.transfers.places import last_name
 _SCHEMES = ("https://", "http://", "s3://")
 _SHA256 = re.compile(r"[0-9a-fA-F]{64}")
 _GLTF = (".gltf", ".glb")
+_WRITTEN = (*_GLTF, ".obj", ".ply", ".stl", ".off", ".zip")
 
 
 def is_link(text: str) -> bool:
@@ -47,6 +49,17 @@ def link_to(url: str, *, secret: str | None = None, sha256: str | None = None) -
         )
     except (ValidationError, ValueError):
         raise InputError("is not a URL that a service can fetch", file=shown_link(url)) from None
+
+
+def source_name(source: str) -> str:
+    """The file name of a source as a command line has it; empty where only a fetch will tell."""
+    if not is_link(source):
+        return PurePosixPath(source).name
+    with suppress(ValueError):
+        name = last_name(source)
+        if PurePosixPath(name).suffix.lower() in _WRITTEN:  # and no script's, such as .php
+            return name
+    return ""
 
 
 def place_at(url: str) -> OutputPlace:

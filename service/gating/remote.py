@@ -18,7 +18,7 @@ from meshcone.text import as_line
 from service.api.batch_schemas import NAME_LENGTH, Batch
 from service.api.schemas import LABEL_LENGTH, LinkedFile, NamedBlob
 from service.client import ServiceError
-from service.client.connection import connect, error_of
+from service.client.connection import connect, error_of, no_answer
 from service.gating.job import UNGATED, GateJob
 from service.gating.pairs import Place
 
@@ -90,7 +90,7 @@ class RemoteGate:
             except ServiceError as error:
                 return error_of(error.problem)
             except httpx2.HTTPError as error:
-                return _no_answer(error)
+                return no_answer(error)
 
         threads = ThreadPoolExecutor(max_workers=max(1, min(self._at_once, len(items))))
         try:
@@ -133,7 +133,7 @@ class RemoteGate:
         except ServiceError as error:
             raise error_of(error.problem) from None
         except httpx2.HTTPError as error:
-            raise _no_answer(error) from None
+            raise no_answer(error) from None
 
     def _ended(self, batch_id: str, jobs: Sequence[GateJob]) -> list[AssetResult]:
         """What came of the jobs of a batch, in their order."""
@@ -146,7 +146,7 @@ class RemoteGate:
         except ServiceError as error:
             failure = error_of(error.problem)
         except httpx2.HTTPError as error:
-            failure = _no_answer(error)
+            failure = no_answer(error)
         else:
             if len(found) == len(ids) == len(jobs):
                 return self._each(self._result, list(zip(jobs, found, ids, strict=True)))
@@ -180,7 +180,3 @@ def _meant(error: MeshConeError, indexes: Sequence[int]) -> tuple[Sequence[int],
         return indexes, error
     words = type(error)(error.message[named.end() :], file=error.file)
     return [indexes[int(named[1])]], words
-
-
-def _no_answer(error: httpx2.HTTPError) -> InternalError:
-    return InternalError(f"the service does not answer: {error}")

@@ -13,6 +13,7 @@ from meshcone.gates.results import AssetResult, GateRun, Judgement
 from service.api.batch_schemas import Batch
 from service.cli.submit import command
 from service.client import connection
+from service.client.links import source_name
 from worker.jobs.batches import BatchCounts, BatchRecord
 from worker.jobs.records import FINAL_STATES
 
@@ -123,3 +124,13 @@ def test_a_pair_of_a_batch_that_nothing_is_told_of_is_said(
         command(server=NOBODY, batch=batch, report=report)
 
     assert report.exists()
+
+
+@pytest.mark.parametrize("source", ["mug.glb", f"{MUG}?version=3"])
+def test_a_refined_mesh_is_not_called_what_it_is_not(tmp_path: Path, source: str) -> None:
+    with pytest.raises(InputError, match=r"out\.obj: the refined mesh has the source's format"):
+        command(source, MUG, server=NOBODY, out=tmp_path / "out.obj")
+
+
+def test_the_name_of_what_a_script_sends_says_nothing() -> None:
+    assert source_name("https://example.org/mesh.php?of=mug.glb") == ""
