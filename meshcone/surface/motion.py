@@ -1,11 +1,14 @@
 """Finding the motion after which two surfaces agree, if there is one.
 
 This is a diagnosis and no alignment: most pairs agree after no motion at all, and are to be
-told so in a few milliseconds. A surface's area-weighted moments give its centre, its size and
-its principal axes; a similarity leaves the ratios of its principal moments alone. So pairs
-whose ratios differ are done with at once. For the others the turns and mirrorings that files
-suffer are tried: right angles about the axes of the world, and those that bring principal
-axes together.
+told so in some tens of milliseconds. A surface's area-weighted moments give its centre, its
+size and its principal axes; a similarity leaves the ratios of its principal moments alone. So
+pairs whose ratios differ are done with at once. For the others the turns and mirrorings that
+files suffer are tried: right angles about the axes of the world, those that bring principal
+axes together, and what a fit finds from where the source is.
+
+A symmetric shape agrees after many motions. The plainest is told: none of a turn, then one after
+which both have the same outside, then the smallest.
 """
 
 from __future__ import annotations
@@ -16,12 +19,12 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from meshcone.surface.arrays import Floats
+from meshcone.surface.arrays import Floats, row_dot
 from meshcone.surface.closest import SurfaceTree
 from meshcone.surface.mesh import Mesh
 from meshcone.surface.registration import Registration
-from meshcone.surface.sampling import sample_surface
-from meshcone.surface.similarity import invert, similarity, transform_points
+from meshcone.surface.sampling import SurfaceSamples, sample_surface
+from meshcone.surface.similarity import invert, scale_of, similarity, transform_points
 
 _SAMPLES = 1000
 _FEW = 32
@@ -36,6 +39,9 @@ _EXACT = 1e-3
 # The motion must leave no more than this share of the mean distance.
 _LEFT = 0.1
 _PROMISING = 0.5
+# Thin and double shapes, and noise, turn some normals around; where more of them oppose each
+# other, the outside of one is the other's inside.
+_OPPOSED = 0.6
 
 
 @dataclass(frozen=True)
@@ -80,9 +86,11 @@ class MotionSearch:
         if before <= _NOTHING or not self._same_moments():
             return None
         candidates = [self._about_centres(linear) for linear in self._turns()]
+        candidates.append(self._registration.finished(candidates[0]))
         rough = np.array([self._mean(matrix, _FEW) for matrix in candidates])
         close = rough <= min(2 * rough.min() + _NOTHING, _PROMISING * before)
-        for number in np.flatnonzero(close)[:_TRIED]:
+        ordered = sorted(np.flatnonzero(close), key=lambda one: self._rank(candidates[one]))
+        for number in ordered[:_TRIED]:
             motion = self._accepted(candidates[number], before)
             if motion is not None:
                 return motion
@@ -95,6 +103,22 @@ class MotionSearch:
             return None
         motion = _motion(matrix, found.before, distances)
         return motion if motion.exact or not found.exact else None
+
+    def _rank(self, matrix: Floats) -> tuple[bool, bool, bool, tuple[float, int, float]]:
+        """What makes a motion less plain than another, what counts most first."""
+        linear = matrix[:3, :3] / scale_of(matrix)
+        turned = bool(np.abs(linear - np.eye(3)).max() > _NOTHING)
+        mirrored = bool(np.linalg.det(linear) < 0)
+        return turned, self._opposed(matrix), mirrored, _plainness(linear)
+
+    def _opposed(self, matrix: Floats) -> bool:
+        """Whether the moved source's outside is the reference's inside."""
+        samples = self._source_samples
+        closest = self._reference_tree.closest(transform_points(matrix, samples.points[:_FEW]))
+        # What is outside stays outside after mirroring too.
+        normals = samples.normals[:_FEW] @ matrix[:3, :3].T
+        there = self._reference.face_normals[closest.faces]
+        return bool(np.mean(row_dot(normals, there) < 0) > _OPPOSED)
 
     def _accepted(self, matrix: Floats, before: float) -> Motion | None:
         distances = self._distances(matrix)
@@ -140,8 +164,12 @@ class MotionSearch:
         )
 
     @cached_property
+    def _source_samples(self) -> SurfaceSamples:
+        return sample_surface(self._source, _SAMPLES, _SEED)
+
+    @property
     def _samples(self) -> Floats:
-        return sample_surface(self._source, _SAMPLES, _SEED).points
+        return self._source_samples.points
 
     @cached_property
     def _searched(self) -> Floats:
@@ -174,16 +202,22 @@ class MotionSearch:
         return similarity(linear, scale, source.centre, reference.centre)
 
     def _turns(self) -> list[Floats]:
-        """Orthogonal matrices, the plainest first: none, turns, mirrorings, principal axes."""
-        turns = sorted(Rotation.create_group("O"), key=_plainness)
+        """Orthogonal matrices: none, right angles, mirrorings, those of principal axes."""
+        turns = Rotation.create_group("O")
         right_angles = [np.round(turn.as_matrix()) for turn in turns]
+        right_angles.sort(key=_plainness)
         mirrored = [turn @ np.diag([-1.0, 1.0, 1.0]) for turn in right_angles]
-        mirrored.sort(key=lambda matrix: -float(np.trace(matrix)))
         source, reference = self._moments
         signs = [np.diag([x, y, z]) for x in (1.0, -1.0) for y in (1.0, -1.0) for z in (1.0, -1.0)]
         principal = [reference.axes @ sign @ source.axes.T for sign in signs]
-        principal.sort(key=lambda matrix: -float(np.linalg.det(matrix)))
-        return [*right_angles, *mirrored, *principal]
+        # Where two moments are equal, any axes in their plane are principal. Of the turns that
+        # bring the third axis into its place the smallest turns nothing about it.
+        single = [
+            _smallest_turn(axis, sign * image)
+            for axis, image in zip(source.axes.T, reference.axes.T, strict=True)
+            for sign in (1.0, -1.0)
+        ]
+        return [*right_angles, *mirrored, *principal, *single]
 
 
 @dataclass(frozen=True)
@@ -218,8 +252,29 @@ def _motion(matrix: Floats, before: float, distances: Floats) -> Motion:
     return Motion(matrix, before, float(distances.mean()), bool(distances.max() <= _EXACT))
 
 
-def _plainness(turn: Rotation) -> tuple[float, int, float]:
-    """Smaller turns first, then those about an axis of the world, then positive ones."""
-    vector = turn.as_rotvec()
+def _smallest_turn(vector: Floats, image: Floats) -> Floats:
+    """The (3, 3) rotation by the smallest angle that brings one unit vector (3,) to another."""
+    half = vector + image
+    length = np.linalg.norm(half)
+    if length < _NOTHING:  # half a turn, about anything square to both
+        across = np.linalg.svd(vector[None])[2][2]
+        return np.asarray(2 * np.outer(across, across) - np.eye(3))
+    half /= length
+    # A half turn about the one and then about what lies midway.
+    return np.asarray(
+        (2 * np.outer(half, half) - np.eye(3)) @ (2 * np.outer(vector, vector) - np.eye(3))
+    )
+
+
+def _plainness(linear: Floats) -> tuple[float, int, float]:
+    """Smaller turns first, then those about an axis of the world, then negative ones.
+
+    It is the way back, which is positive then, that is told. A mirroring (3, 3) counts by how
+    far it is from leaving all as it is, and then by the turn that is left after mirroring
+    along X.
+    """
+    mirrored = np.linalg.det(linear) < 0
+    turn = linear @ np.diag([-1.0, 1.0, 1.0]) if mirrored else linear
+    vector = Rotation.from_matrix(turn).as_rotvec()
     oblique = int(np.count_nonzero(np.abs(vector) > 1e-9))
-    return round(float(turn.magnitude()), 6), oblique, -float(vector.sum())
+    return -round(float(np.trace(linear)), 6), oblique, float(vector.sum())

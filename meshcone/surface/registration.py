@@ -209,9 +209,16 @@ def _gauss_newton_step(matches: Matches, *, scaled: bool) -> Floats:
     system = (metric @ motions[:, :, :unknowns]).reshape(-1, unknowns)
     missing = (metric @ (matches.targets - points)[:, :, None]).ravel()
     solution = np.zeros(7)
-    # The normal equations are well conditioned: the tangential pull sees to it.
-    solution[:unknowns] = np.linalg.solve(system.T @ system, system.T @ missing)
+    solution[:unknowns] = _solved(system.T @ system, system.T @ missing)
     rotation = Rotation.from_rotvec(solution[:3]).as_matrix()
     # A step of scale is bounded: far from the answer the linearisation promises too much.
     scale = float(np.exp(np.clip(solution[6], -0.2, 0.2)))
     return similarity(rotation, scale, np.zeros(3), solution[3:6])
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """Solve normal equations, which the tangential pull makes well conditioned."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:  # all points on one line, about which a turn moves none
+        return np.asarray(np.linalg.lstsq(matrix, right)[0])

@@ -49,10 +49,19 @@ SYMMETRIC = {
     "slab": solid(trimesh.creation.box((3, 2, 1))),
     "cylinder": solid(trimesh.creation.cylinder(0.5, 3)),
     "torus": solid(trimesh.creation.torus(1, 0.3)),
+    "square": Mesh(
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    ),
     "plane": Mesh(
         np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]])
     ),
 }
+
+# An L, which no turn but over agrees with its mirror image.
+CORNERED = Mesh(
+    np.array([[0, 0, 0], [3, 0, 0], [3, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0.0]]),
+    np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]),
+)
 
 
 def turned(mesh: Mesh, axis: np.ndarray, degrees: float) -> Mesh:
@@ -147,6 +156,68 @@ def test_a_symmetric_shape_that_is_moved_is_neither_turned_nor_mirrored(name: st
 @pytest.mark.parametrize("name", ["sphere", "box"])
 def test_a_turn_that_a_shape_does_not_show_is_not_told(name: str) -> None:
     assert pose_of(turned(SYMMETRIC[name], X, 90), SYMMETRIC[name]) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "axis", "degrees"),
+    [
+        ("square", "Y", 1),
+        ("square", "X", 170),
+        ("plane", "X", 3),
+        ("plane", "Z", 3),
+        ("plane", "X", 90),
+        ("slab", "Y", 7),
+        ("box", "Y", 7),
+        ("cylinder", "X", 4),
+        ("cylinder", "X", 60),
+    ],
+)
+def test_of_the_turns_that_explain_a_symmetric_shape_the_plainest_is_told(
+    name: str, axis: str, degrees: int
+) -> None:
+    shape = SYMMETRIC[name]
+
+    codes, words = said(turned(shape, np.eye(3)["XYZ".index(axis)], degrees), shape)
+
+    assert codes == ["pose.turned"]
+    assert f", turned by {degrees}° about {axis}." in words
+
+
+def test_a_sheet_is_not_turned_over_to_explain_a_tilt() -> None:
+    square = SYMMETRIC["square"]
+
+    pose = pose_of(turned(square, X, 5), square)
+
+    assert pose is not None
+    assert pose.to_reference[2, 2] > 0
+
+
+def test_a_sheet_turned_over_is_no_tilted_one_whose_faces_are_turned() -> None:
+    codes, words = said(turned(CORNERED, X, 180), CORNERED)
+
+    assert codes == ["pose.turned"]
+    assert ", turned by 180° about X." in words
+
+
+def test_a_mirrored_sheet_that_kept_its_outside_is_not_turned_over() -> None:
+    mirrored = Mesh(CORNERED.vertices * [-1, 1, 1], CORNERED.faces[:, ::-1])
+
+    codes, words = said(mirrored, CORNERED)
+
+    assert codes == ["pose.mirrored"]
+    assert ", mirrored along X." in words
+
+
+@pytest.mark.parametrize("height", [1e-12, 1e-15])
+def test_a_triangle_that_is_a_line_but_for_rounding_is_looked_at_too(height: float) -> None:
+    """A turn about the line moves none of its points, so that no step of a fit is determined."""
+    thin = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0.3, height, 0]]), np.array([[0, 1, 2]]))
+    aslant = turned(thin, np.array([1, 2, 3]) / np.sqrt(14), 7)
+
+    for source, reference in ((aslant, thin), (thin, aslant)):
+        codes, _ = said(source, reference)
+
+        assert "pose.turned" in codes
 
 
 @pytest.mark.parametrize("seed", range(6))
