@@ -21,7 +21,14 @@ def parse_json(text: str | bytes) -> Any:
         RecursionError: it is nested too deeply.
     """
     return json.loads(
-        text, object_pairs_hook=named_once, parse_constant=_no_number, parse_float=_finite
+        text, object_pairs_hook=_named_once, parse_constant=_no_number, parse_float=_finite
+    )
+
+
+def part_decoder() -> json.JSONDecoder:
+    """A decoder that refuses what :func:`parse_json` does, for readers of a text in parts."""
+    return json.JSONDecoder(
+        object_pairs_hook=_named_once, parse_constant=_no_number, parse_float=_finite
     )
 
 
@@ -36,12 +43,7 @@ def _finite(text: str) -> float:
     return value
 
 
-def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """The object that has these members, for readers that take a text in parts.
-
-    Raises:
-        DuplicateNameError: two have one name.
-    """
+def _named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     members: dict[str, Any] = {}
     for name, value in pairs:
         if name in members:

@@ -15,7 +15,7 @@ from typing import IO, Any
 from pydantic import ValidationError
 
 from meshcone.errors import InputError, LimitError, MeshConeError
-from meshcone.json_text import DuplicateNameError, named_once
+from meshcone.json_text import DuplicateNameError, NotFiniteError, part_decoder
 from meshcone.suggestions import first_cause, in_words
 from meshcone.text import is_line
 from service.api.batch_schemas import NAME_LENGTH, BatchHeader
@@ -26,6 +26,7 @@ from service.settings import ServiceSettings
 _READ_AT_ONCE = 64 * 1024  # bytes
 _PAIRS = "pairs"
 _SPACE = " \t\n\r"
+_LONGEST_WORD = len("-Infinity")  # of the words, escapes and signs that can be cut
 
 
 class BatchDocument:
@@ -155,28 +156,28 @@ def _members(file: IO[bytes]) -> Iterator[tuple[str, Any]]:
     seen = set()
     closes = text.skip("}")
     while not closes:
-        name = text.value("the request")
+        name = text.value("the name of a field")
         if not isinstance(name, str):
             raise _no_json()
         if name in seen:
             raise InputError(f"field '{name}' is there twice")
         seen.add(name)
-        text.expect(":")
+        text.expect(":", after=f"the name of field '{name}'")
         if name == _PAIRS and text.skip("["):
             ends, index = text.skip("]"), 0
             while not ends:
                 yield name, text.value(f"pairs[{index}]")
-                index += 1
                 ends = text.skip("]")
                 if not ends:
-                    text.expect(",")
+                    text.expect(",", after=f"pairs[{index}]", other="]")
+                index += 1
         elif name == _PAIRS:
             raise InputError("field 'pairs': send a list with a pair at least")
         else:
             yield name, text.value(f"field '{name}'")
         closes = text.skip("}")
         if not closes:
-            text.expect(",")
+            text.expect(",", after=f"field '{name}'", other="}")
     text.expect_end()
 
 
@@ -186,7 +187,7 @@ class _Text:
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
         self._decoder = codecs.getincrementaldecoder("utf-8")()
-        self._json = json.JSONDecoder(object_pairs_hook=named_once)
+        self._json = part_decoder()
         self._text, self._at, self._ended = "", 0, False
 
     def skip(self, character: str) -> bool:
@@ -196,10 +197,20 @@ class _Text:
         self._at += 1
         return True
 
-    def expect(self, character: str) -> None:
-        """Pass a character that has to be next."""
-        if not self.skip(character):
+    def expect(self, character: str, *, after: str = "", other: str = "") -> None:
+        """Pass a character that has to be next, or else another would have had to be.
+
+        Raises:
+            InputError: it is not; it says what it should have followed.
+        """
+        if self.skip(character):
+            return
+        if not after:
             raise _no_json()
+        wanted = f"'{character}' or '{other}'" if other else f"'{character}'"
+        found = self._next()
+        there_is = f"found {found!a}" if found else "found the end of the request"
+        raise InputError(f"{after}: {wanted} has to follow it, {there_is}")
 
     def expect_end(self) -> None:
         """Refuse whatever follows."""
@@ -210,26 +221,40 @@ class _Text:
         """The value that is next.
 
         Raises:
-            InputError: it is no JSON, or an object in it has a name twice; it says at what place.
+            InputError: it is no JSON, has a number that is not finite, or an object in it has a
+                name twice; it says at what place.
             LimitError: it is too long.
         """
         self._next()
         while True:
             try:
                 value, end = self._json.raw_decode(self._text, self._at)
-            except DuplicateNameError as error:
+            except (DuplicateNameError, NotFiniteError) as error:
                 raise InputError(f"{place}: {error}") from None
-            except (ValueError, RecursionError):
-                end = None
-            # What ends with the part that is here could go on, as a number does.
-            if end is not None and (self._ended or end < len(self._text)):
-                self._at = end
-                return value
-            if self._ended:
-                raise _no_json()
+            except RecursionError:
+                raise InputError(f"{place}: is nested too deeply") from None
+            except json.JSONDecodeError as error:
+                if self._ended or not self._may_go_on(error):
+                    raise self._not_valid(place, error) from None
+            except ValueError:  # of an integer with more digits than Python reads
+                raise InputError(f"{place}: a number in it has too many digits") from None
+            else:
+                # What ends with the part that is here could go on, as a number does.
+                if self._ended or end < len(self._text):
+                    self._at = end
+                    return value
             if len(self._text) - self._at > DOCUMENT_BYTES:
                 raise LimitError(f"a pair is longer than the {DOCUMENT_BYTES} bytes accepted here")
             self._read(len(self._text) - self._at)
+
+    def _may_go_on(self, error: json.JSONDecodeError) -> bool:
+        """Whether a value is no JSON yet for all that is known: what is wrong is at its end."""
+        is_string = error.msg.startswith("Unterminated string")  # told with where it begins
+        return is_string or error.pos >= len(self._text) - _LONGEST_WORD
+
+    def _not_valid(self, place: str, error: json.JSONDecodeError) -> InputError:
+        at = error.pos - self._at + 1
+        return InputError(f"{place}: is not valid JSON: {error.msg.lower()} at its character {at}")
 
     def _next(self) -> str:
         while True:

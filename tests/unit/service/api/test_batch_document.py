@@ -131,6 +131,40 @@ def test_a_pair_that_is_too_long_is_refused_before_it_is_read_whole() -> None:
     assert file.given < 4 * 1024 * 1024
 
 
+LONG = json.dumps([PAIR] * 9_999)[1:]  # more than a pair may have
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"pairs": [{"name": "a" "source": 1}, ' + LONG, "pairs[0]: is not valid JSON: expecting"),
+        ('{"pairs": [' + LONG[:-1] + ", {'name': 1}]}", "pairs[9999]: is not valid JSON"),
+        ('{"pairs": [{"name": "a\nb"}, ' + LONG, "pairs[0]: is not valid JSON: invalid control"),
+        ('{"pairs": [{"name": "\\x"}, ' + LONG, "pairs[0]: is not valid JSON: invalid \\escape"),
+        ('{"pairs": [' + "[" * 20_000 + LONG, "pairs[0]: is nested too deeply"),
+        ('{"pairs": [' + "1" * 5000 + ", " + LONG, "pairs[0]: a number in it has too many digits"),
+        ('{"pairs": [1 2, ' + LONG, "pairs[0]: ',' or ']' has to follow it, found '2'"),
+        ('{"pairs": [1', "pairs[0]: ',' or ']' has to follow it, found the end of the request"),
+        ('{"pairs": [tru', "pairs[0]: is not valid JSON: expecting value at its character 1"),
+        ('{"options": {"a": 1,}, "pairs": [1]}', "field 'options': is not valid JSON"),
+        ('{"name" 1}', "the name of field 'name': ':' has to follow it, found '1'"),
+        ('{"name": "a" "pairs": [1]}', """field 'name': ',' or '}' has to follow it, found '"'"""),
+    ],
+    ids=range(12),
+)
+def test_what_is_wrong_with_a_long_batch_is_said_with_its_place(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        document(text)
+
+    assert caught.value.message.startswith(said)
+
+
+@pytest.mark.parametrize("number", ["NaN", "-Infinity", "1e999"])
+def test_a_number_that_is_not_finite_is_refused_as_in_a_job(number: str) -> None:
+    with pytest.raises(InputError, match=rf"^pairs\[0\]: {number} is "):
+        document('{"pairs": [{"options": {"seed": ' + number + "}}]}", Trickle)
+
+
 def test_the_fingerprint_is_of_the_content_and_not_of_its_spelling() -> None:
     first = document(json.dumps({"name": "a", "pairs": [PAIR, {**PAIR, "name": "b"}]}))
     respelled = document(
