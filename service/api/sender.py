@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from typing import Annotated
 
 import structlog
 from fastapi import Depends, Header, Request
 from redis.exceptions import RedisError
+from starlette.concurrency import run_in_threadpool
 
 from service.access.keys import ApiKey
 from service.api.context import ContextDependency
 from service.api.routing import Absent
 from service.problems import ProblemError, problem, queue_full
-from worker.jobs.idempotency import Claim, KeyClaims, KeyInUseError, key_place
+from worker.jobs.idempotency import CLAIM_SECONDS, Claim, KeyClaims, KeyInUseError, key_place
 from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.run.tracing import current_context
 
@@ -59,7 +61,7 @@ def _sender(request: Request) -> Sender:
 SenderDependency = Annotated[Sender, Depends(_sender)]
 
 
-def _claim(
+async def _claim(
     context: ContextDependency,
     sender: SenderDependency,
     idempotency_key: Annotated[
@@ -72,19 +74,20 @@ def _claim(
             "make one job, for a day",
         ),
     ] = None,
-) -> Iterator[Claim | None]:
+) -> AsyncIterator[Claim | None]:
     """Let a request in before its body is read, and claim its Idempotency-Key while it lasts.
 
     Raises:
         ProblemError: the queue is full, or a request with the same key is under way.
     """
     if idempotency_key is None:
-        _require_room(context, sender)
+        await run_in_threadpool(_require_room, context, sender)
         yield None
         return
     claims = KeyClaims(context.redis)
     try:
-        claim = claims.claim(key_place(sender.owner or "", idempotency_key))
+        place = key_place(sender.owner or "", idempotency_key)
+        claim = await run_in_threadpool(claims.claim, place)
     except KeyInUseError:
         raise ProblemError(
             problem("key-in-use", "a request with this Idempotency-Key is under way"),
@@ -92,13 +95,34 @@ def _claim(
         ) from None
     try:
         if claim.job_id is None:
-            _require_room(context, sender)
-        yield claim
+            await run_in_threadpool(_require_room, context, sender)
+        async with prolonged(claims, claim):
+            yield claim
     finally:
         # A claim that cannot be given up runs out. The request has been answered by then: what is
         # accepted stays so.
         with suppress(RedisError):
-            claims.release(claim)
+            await run_in_threadpool(claims.release, claim)
+
+
+@asynccontextmanager
+async def prolonged(
+    claims: KeyClaims, claim: Claim, every: float = CLAIM_SECONDS / 4
+) -> AsyncIterator[None]:
+    """Have a claim last for as long as its request does: files can take minutes to come."""
+
+    async def prolong() -> None:
+        while True:
+            await asyncio.sleep(every)
+            with suppress(RedisError):  # the broker may be back before the claim has run out
+                await run_in_threadpool(claims.prolong, claim)
+
+    task = asyncio.create_task(prolong())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.wait([task])
 
 
 def _require_room(context: ContextDependency, sender: Sender) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 
 import pytest
+from redis import Redis
 
+from service.api.sender import prolonged
 from tests.integration.jobs import make_job
+from tests.integration.waiting import PATIENCE
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
-from worker.jobs.idempotency import BoundKey, KeyClaims, KeyInUseError, key_place
+from worker.jobs.idempotency import CLAIM_SECONDS, BoundKey, KeyClaims, KeyInUseError, key_place
 from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import KeyReusedError, Ledger, QueueFullError, UnknownJobError
 
@@ -49,6 +53,48 @@ def test_a_key_is_claimed_while_its_request_is_under_way(claims: KeyClaims, plac
         claims.claim(place)
     claims.release(claim)
     claims.claim(place)
+
+
+def test_a_claim_lasts_for_as_long_as_its_request(
+    redis: Redis, claims: KeyClaims, place: str
+) -> None:
+    claim = claims.claim(place)
+    redis.pexpire(place, 100)  # as where its files have been coming for ten seconds
+
+    async def while_files_come() -> None:
+        async with prolonged(claims, claim, every=0.01):
+            while redis.pttl(place) <= 100:
+                await asyncio.sleep(0.01)
+
+    asyncio.run(asyncio.wait_for(while_files_come(), PATIENCE))
+
+    with pytest.raises(KeyInUseError):
+        claims.claim(place)
+    claims.release(claim)
+
+
+def test_a_claim_that_another_request_has_now_is_not_prolonged(
+    redis: Redis, claims: KeyClaims, place: str
+) -> None:
+    lost = claims.claim(place)
+    claims.release(lost)
+    claims.claim(place)
+    redis.expire(place, 5)
+
+    claims.prolong(lost)
+
+    assert redis.ttl(place) <= 5
+
+
+def test_a_key_is_remembered_for_as_long_as_before_after_its_claim_was_prolonged(
+    redis: Redis, ledger: Ledger, claims: KeyClaims, place: str
+) -> None:
+    claim = claims.claim(place)
+    ledger.create(make_job(), key=BoundKey(place, "fingerprint", 60))
+
+    claims.prolong(claim)
+
+    assert redis.ttl(place) > CLAIM_SECONDS
 
 
 def test_a_key_that_has_made_its_job_is_free_to_be_repeated(

@@ -30,6 +30,10 @@ redis.call('HSET', KEYS[1], 'claim', ARGV[1])
 redis.call('EXPIRE', KEYS[1], {CLAIM_SECONDS})
 return {{1}}
 """
+_PROLONG = f"""
+if redis.call('HGET', KEYS[1], 'claim') == ARGV[1] and redis.call('HEXISTS', KEYS[1], 'job') == 0
+then redis.call('EXPIRE', KEYS[1], {CLAIM_SECONDS}) end
+"""
 _RELEASE = """
 if redis.call('HGET', KEYS[1], 'claim') == ARGV[1] and redis.call('HEXISTS', KEYS[1], 'job') == 0
 then redis.call('DEL', KEYS[1]) end
@@ -81,6 +85,7 @@ class KeyClaims:
 
     def __init__(self, client: Redis) -> None:
         self._claim = client.register_script(_CLAIM)
+        self._prolong = client.register_script(_PROLONG)
         self._release = client.register_script(_RELEASE)
 
     def claim(self, place: str) -> Claim:
@@ -94,6 +99,10 @@ class KeyClaims:
         if not free:
             raise KeyInUseError
         return Claim(place, token, *known)
+
+    def prolong(self, claim: Claim) -> None:
+        """Keep a claim for as long again, unless its request has made its job by now."""
+        self._prolong([claim.place], [claim.token])
 
     def release(self, claim: Claim) -> None:
         """Give up a claim, if its request made no job."""

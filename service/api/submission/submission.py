@@ -154,7 +154,7 @@ class Submission:
             "webhook": self.webhook,
         }
         if self.outputs:
-            document["outputs"] = {name: each.url for name, each in self.outputs.items()}
+            document["outputs"] = {name: _place(each) for name, each in self.outputs.items()}
         if self.reference is None:
             document["alone"] = True
         # Left out where empty: a key that was bound before there were sides still fits.
@@ -315,6 +315,11 @@ def _enter(
     else:
         logger.info("job accepted", job_id=record.id)
     return record
+
+
+def _place(output: Output) -> str | list[str]:
+    # The URL alone where no secret is shown there, as a key was bound before secrets counted.
+    return output.url if output.authorization is None else [output.url, output.authorization]
 
 
 def _identities(files: tuple[IncomingFile, ...]) -> list[tuple[str | None, ...]]:
