@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_origin
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.dependencies.models import Dependant
@@ -42,28 +43,37 @@ class HeadRouter(APIRouter):
 
 
 class ResourceRouter(HeadRouter):
-    """A router of resources: it refuses query parameters that a call does not know."""
+    """A router of resources: it refuses query parameters that a call would ignore."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(dependencies=[Depends(_require_known_parameters)], **settings)
+        super().__init__(dependencies=[Depends(_require_heeded_parameters)], **settings)
 
 
-async def _require_known_parameters(request: Request) -> None:
+async def _require_heeded_parameters(request: Request) -> None:
     """Refuse what would be ignored: a misspelled filter would select everything.
 
     Raises:
-        ProblemError: naming the parameters there are.
+        ProblemError: naming the parameters there are, or the one that is there more than once.
     """
     if not request.query_params:
         return
     route: APIRoute = request.scope["route"]
     known = _query_names(route.dependant)
-    for name in request.query_params:
+    for name, count in Counter(key for key, _ in request.query_params.multi_items()).items():
         if name not in known:
             there_are = f"there are {', '.join(sorted(known))}" if known else "there is none here"
             raise ProblemError(problem("input", f"unknown query parameter '{name}'; {there_are}"))
+        if count > 1 and not known[name]:
+            detail = f"query parameter '{name}' is there {count} times; send it once"
+            raise ProblemError(problem("input", detail))
 
 
-def _query_names(dependant: Dependant) -> set[str]:
-    own = {str(field.alias) for field in dependant.query_params}
-    return own.union(*map(_query_names, dependant.dependencies))
+def _query_names(dependant: Dependant) -> dict[str, bool]:
+    """The parameters of a call, and of each whether it may be repeated."""
+    names = {
+        str(field.alias): get_origin(field.field_info.annotation) is list
+        for field in dependant.query_params
+    }
+    for each in dependant.dependencies:
+        names |= _query_names(each)
+    return names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, get_args
@@ -101,9 +102,14 @@ class JobFilter:
             yield 3, replace(self, untroubled=True)
 
     def _is_named(self, record: JobRecord) -> bool:
-        part = self.name.casefold()
+        part = _spelt_alike(self.name)
         names = [*record.labels, *(file.name for file in record.files)]
-        return not part or any(part in name.casefold() for name in names)
+        return not part or any(part in _spelt_alike(name) for name in names)
+
+
+def _spelt_alike(name: str) -> str:
+    """The name in one spelling: a letter with an accent is one character or two, by machine."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 
 def _is_troubled(record: JobRecord) -> bool:

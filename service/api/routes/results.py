@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from fastapi import Header, Response, status
 
+from service.api.accepting import preferred
 from service.api.context import ContextDependency
 from service.api.downloads import (
     ConditionsDependency,
@@ -148,7 +149,7 @@ def get_diagnostics(
 ) -> Response:
     """What the solver did in each round; as a table of iterations for `Accept: text/csv`."""
     table = artifact_of(record, "diagnostics_csv")  # what refined nothing has neither
-    if accept is not None and accept.strip().startswith("text/csv"):
+    if preferred(accept, ("application/json", "text/csv")) == "text/csv":
         answer = file_response(context.blobs, table, conditions)
         answer.headers["Vary"] = "Accept"
         return answer

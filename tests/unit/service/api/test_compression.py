@@ -30,7 +30,10 @@ async def stored(request: Request) -> Response:
             yield LONG[start : start + 100]
 
     headers = {"ETag": TAG, "Content-Length": str(len(LONG)), "Accept-Ranges": "bytes"}
-    return StreamingResponse(content(), headers=headers, media_type=request.query_params["type"])
+    media_type = request.query_params["type"]
+    if request.method == "HEAD":
+        return Response(headers=headers, media_type=media_type)
+    return StreamingResponse(content(), headers=headers, media_type=media_type)
 
 
 async def part(_request: Request) -> Response:
@@ -40,6 +43,10 @@ async def part(_request: Request) -> Response:
 
 async def small(_request: Request) -> Response:
     return JSONResponse("a" * (SMALLEST - 2 - len('""')))
+
+
+async def none(_request: Request) -> Response:
+    return Response(b"", media_type="application/json")
 
 
 async def events(_request: Request) -> Response:
@@ -52,7 +59,7 @@ async def events(_request: Request) -> Response:
 @pytest.fixture
 def http() -> TestClient:
     app = Starlette(
-        routes=[Route(f"/{each.__name__}", each) for each in (stored, part, small, events)]
+        routes=[Route(f"/{each.__name__}", each) for each in (stored, part, small, none, events)]
     )
     return TestClient(Compression(app))
 
@@ -107,6 +114,20 @@ def test_meshes_pictures_and_archives_are_sent_as_they_are(
 
     assert "content-encoding" not in headers
     assert (headers["etag"], content) == (TAG, LONG)
+
+
+@pytest.mark.parametrize("accept", ["gzip", "br", "identity"])
+@pytest.mark.parametrize(
+    "url", ["/stored?type=application/json", "/stored?type=model/obj", "/part", "/small", "/none"]
+)
+def test_a_head_has_the_headers_of_a_get_and_no_content(
+    http: TestClient, url: str, accept: str
+) -> None:
+    got, _ = received(http, url, accept)
+    with http.stream("HEAD", url, headers={"Accept-Encoding": accept}) as asked:
+        content = b"".join(asked.iter_raw())
+
+    assert (dict(asked.headers), content) == (got, b"")
 
 
 @pytest.mark.parametrize("url", ["/part", "/small", "/events"])

@@ -1,4 +1,4 @@
-"""What every call has in common: HEAD, and query parameters it does not know."""
+"""What every call has in common: HEAD, and query parameters that it would ignore."""
 
 from __future__ import annotations
 
@@ -38,6 +38,22 @@ def test_a_misspelt_parameter_of_a_write_is_refused_too(http: TestClient) -> Non
     for answer in (http.post("/v1/jobs?option=1"), http.delete(f"{JOB}?force=1")):
         assert answer.status_code == 422
         assert "unknown query parameter" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("name", ["state", "limit", "cursor", "name"])
+def test_a_query_parameter_of_which_one_would_be_ignored_is_refused(
+    http: TestClient, name: str
+) -> None:
+    answer = http.get("/v1/jobs", params=[(name, "1"), (name, "2")])
+
+    assert answer.status_code == 422
+    assert answer.json()["detail"] == f"query parameter '{name}' is there 2 times; send it once"
+
+
+def test_labels_may_be_repeated(http: TestClient) -> None:
+    answer = http.get("/v1/jobs", params=[("label", "a"), ("label", "b")])
+
+    assert answer.status_code == 503  # nothing is wrong with it, and there is nobody to ask
 
 
 def test_a_probe_may_be_asked_with_what_it_does_not_know(http: TestClient) -> None:
