@@ -25,7 +25,8 @@ def materials_of(subject: Subject) -> Materials:
         names=tuple(material.name for material in materials),
         unnamed=len(materials) - len(named),
         unused=sum(not drawn[number] for number in range(len(materials))),
-        undefined=sum(not material.defined for material in materials),
+        undefined=sum(not material.defined for material in materials)
+        + sum(primitive.undefined for mesh in content.meshes for primitive in mesh.primitives),
         missing_libraries=sum(not sent for sent in content.libraries.values()),
         duplicates=sum(count - 1 for count in alike.values()),
         same_names=sum(count - 1 for count in Counter(named).values()),

@@ -46,7 +46,8 @@ def textures_of(subject: Subject, pictures: tuple[Picture, ...]) -> Textures:
         count=len(records),
         names=tuple(each.name for each in records),
         formats=tuple(dict.fromkeys(each.format for each in records)),
-        missing=sum(picture.fault == "missing" for picture in pictures),
+        missing=sum(picture.fault == "missing" for picture in pictures)
+        + sum(use.image is None for each in subject.content.materials for use in each.textures),
         unreadable=_count(map(_is_unreadable, pictures, looks)),
         not_tested=sum(not look.tested for look in looks),
         not_power_of_two=_count(_not(each.power_of_two) for each in records),

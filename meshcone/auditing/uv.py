@@ -55,7 +55,7 @@ class _Chart:
 
     Attributes:
         uv: (k, 3, 2) coordinates, as they are stored; NaN where there are none.
-        has: (k,) whether the file has the set there at all.
+        has: (k,) whether the file has the set there at all, be it no numbers.
         areas: (k,) in model units squared.
         solid: (k,) whether they have an area.
         first: (k,) whether they are what the file stores, and no further copy of it at another
@@ -117,15 +117,15 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
     for material, draws in by_material.items():
         uses = [] if material is None else content.materials[material].textures
         textures = {use.uv_set: use for use in reversed(uses)}  # the first of a set counts
-        sets = {
+        stored = {
             number
             for number in range(UV_SETS_READ)
-            if number in textures or any(f"TEXCOORD_{number}" in draw.attributes for draw in draws)
+            if any(f"TEXCOORD_{number}" in draw.attributes for draw in draws)
         }
         rows = np.concatenate([draw.rows for draw in draws])
         first = _by_triangle(draws, _firsts(draws))
         turned = _by_triangle(draws, [draw.mirrored for draw in draws])
-        for number in sorted(sets):
+        for number in sorted(stored | textures.keys()):
             corners = [subject.corners(draw, f"TEXCOORD_{number}") for draw in draws]
             uv = [
                 np.full((len(draw.rows), 3, 2), np.nan) if found is None else found[..., :2]
@@ -136,7 +136,7 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
                 number=number,
                 material="" if material is None else content.materials[material].name,
                 uv=np.concatenate(uv),
-                has=_by_triangle(draws, [found is not None for found in corners]),
+                has=np.concatenate([_has(draw, f"TEXCOORD_{number}") for draw in draws]),
                 areas=subject.listed.face_areas[rows],
                 solid=subject.solid[rows],
                 first=first,
@@ -144,6 +144,14 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
                 textured=use is not None,
                 texels=_texels(use, pictures),
             )
+
+
+def _has(draw: Draw, name: str) -> Bools:
+    """(k,) which triangles of a draw have an attribute at some corner."""
+    attribute = draw.attributes.get(name)
+    if attribute is None:
+        return np.zeros(len(draw.rows), dtype=bool)
+    return np.asarray((attribute.corners >= 0).any(axis=1))
 
 
 def _firsts(draws: list[Draw]) -> list[bool]:
@@ -177,7 +185,6 @@ def _raster(drawn: Floats, size: int | None, seen: Seen) -> Raster | None:
 
 
 def _inspect(chart: _Chart, raster: Raster | None) -> UvSet:
-    given = chart.has & ~np.isnan(chart.uv).all(axis=(1, 2))
     uv, areas, signed = chart.uv[chart.finite], chart.areas, chart.signed
     forward = float(areas[chart.proper & (signed > 0)].sum())
     backward = float(areas[chart.proper & (signed < 0)].sum())
@@ -188,8 +195,8 @@ def _inspect(chart: _Chart, raster: Raster | None) -> UvSet:
         set=chart.number,
         material=chart.material,
         triangles=len(chart.uv),
-        missing=int(np.count_nonzero(~given)),
-        not_finite=int(np.count_nonzero(given & ~chart.finite)),
+        missing=int(np.count_nonzero(~chart.has)) if chart.textured else 0,
+        not_finite=int(np.count_nonzero(chart.has & ~chart.finite)),
         degenerate=int(np.count_nonzero(chart.solid & chart.flat)),
         outside=int(np.count_nonzero(outside)),
         tiles=bool((spans > 1 + _ROUNDING).any()),

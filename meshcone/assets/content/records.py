@@ -152,6 +152,7 @@ class Primitive:
         targets: how many morph targets it has.
         gpu_bytes: attributes and indices as stored, without morph targets.
         variants: what it has in the file's variants: the variant's name and a material's index.
+        undefined: whether it names a material that the file does not have.
     """
 
     material: int | None
@@ -161,6 +162,7 @@ class Primitive:
     targets: int = 0
     gpu_bytes: int = 0
     variants: tuple[tuple[str, int], ...] = ()
+    undefined: bool = False
 
 
 @dataclass(frozen=True)

@@ -178,14 +178,16 @@ class _Reader:
         count = None
         if position is not None:
             count = Lenient(elements[position], self._faults).integer("count")
+        material = primitive.reference("material", self._counts["materials"], "material")
         return Primitive(
-            material=primitive.reference("material", self._counts["materials"], "material"),
+            material=material,
             mode=_MODES[_TRIANGLES if mode is None else min(mode, len(_MODES) - 1)],
             vertices=count or 0,
             attributes=tuple(sorted(attributes.members())) if attributes else (),
             targets=len(primitive.children("targets")),
             gpu_bytes=self._stored_bytes(primitive, attributes),
             variants=tuple(self._mapped(primitive)),
+            undefined=material is None and "material" in primitive.members(),
         )
 
     def _mapped(self, primitive: Lenient) -> Iterator[tuple[str, int]]:

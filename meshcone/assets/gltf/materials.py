@@ -117,8 +117,11 @@ class MaterialReader:
 
     def _images_of(self, texture: Lenient) -> Iterator[tuple[str, int]]:
         """The image for those who know no extension, then those of extensions, with their names."""
-        holders = [(name, texture.extension(name)) for name in _IMAGE_EXTENSIONS]
-        for name, holder in (("", texture), *holders):
+        others = [name for name in texture.extensions() if name not in _IMAGE_EXTENSIONS]
+        for name in ("", *_IMAGE_EXTENSIONS, *others):
+            holder = texture.extension(name) if name else texture
+            if name in others and holder and "source" not in holder.element.value:
+                continue  # which says something else
             found = holder.reference("source", len(self._images), "image") if holder else None
             if found is not None:
                 yield name, found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,14 +40,14 @@ class MotionReader:
     def _animation(self, animation: Lenient) -> Animation:
         samplers = [sampler.element for sampler in animation.children("samplers")]
         found = (
-            channel.attempt(lambda element: self._channel(element, samplers))
+            channel.attempt(partial(self._channel, channel, samplers))
             for channel in animation.children("channels")
         )
         return Animation(animation.name, tuple(each for each in found if each is not None))
 
-    def _channel(self, element: Element, samplers: list[Element]) -> Channel:
+    def _channel(self, channel: Lenient, samplers: list[Element], element: Element) -> Channel:
         number = element.reference("sampler", len(samplers), "sampler")
-        target = element.child("target")
+        target = channel.child("target")
         if number is None or target is None:
             missing = "sampler" if number is None else "target"
             raise element.error(missing, f"'{missing}' is missing")

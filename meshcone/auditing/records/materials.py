@@ -30,7 +30,10 @@ class Materials(Section):
     names: tuple[str, ...] = Field(description="of the materials")
     unnamed: int = Field(description="materials without a name")
     unused: int = Field(description="materials that nothing is drawn with")
-    undefined: int = Field(description="materials that are named and nowhere defined")
+    undefined: int = Field(
+        description="materials that are named and nowhere defined, in a glTF each time a primitive "
+        "does so"
+    )
     missing_libraries: int = Field(description="material libraries that were not sent")
     duplicates: int = Field(description="materials that differ from an earlier one in name alone")
     same_names: int = Field(description="materials with the name of an earlier one")

@@ -38,7 +38,10 @@ class Textures(Section):
     count: int = Field(description="images that the file has or names")
     names: tuple[str, ...] = Field(description="of the images")
     formats: tuple[PictureFormat, ...] = Field(description="each that occurs, once")
-    missing: int = Field(description="images that were not sent or cannot be had")
+    missing: int = Field(
+        description="images that were not sent or cannot be had, and uses of textures by materials "
+        "that lead to none"
+    )
     unreadable: int | None = Field(
         description="images that are damaged or of an unknown format; null where one other than a "
         "KTX2, of which headers and lengths are looked at, was not decoded"

@@ -17,7 +17,7 @@ class UvSet(Section):
     set: int
     material: str
     triangles: int = Field(description="drawn with the material")
-    missing: int = Field(description="triangles without the set")
+    missing: int = Field(description="triangles without the set, if a texture is read through it")
     not_finite: int = Field(description="triangles with a coordinate that is no number")
     degenerate: int = Field(description="triangles with an area, and none in the texture")
     outside: int = Field(description="triangles that leave 0 to 1")

@@ -209,6 +209,13 @@ def test_animations_are_listed_with_their_durations() -> None:
     assert (found.longest, found.empty_animations) == (1.25, 1)
 
 
+def test_a_channel_to_a_node_that_is_not_there_has_no_target() -> None:
+    document = whole()
+    document.json["animations"][0]["channels"][0]["target"]["node"] = 44
+
+    assert audit(document).motion.channels_without_target == 1
+
+
 def test_ten_thousand_materials_and_fifty_thousand_nodes_are_looked_at() -> None:
     document = one_square()
     document.json["materials"] += [{"name": f"m{number}"} for number in range(10_000)]

@@ -113,6 +113,14 @@ def test_an_image_that_is_cut_in_half_is_unreadable(kind: str, used: bool) -> No
     assert str(found.images[0].fault).startswith("damaged: ")
 
 
+@pytest.mark.parametrize("textures", [[], [{}], [{"source": 7}]])
+def test_a_texture_that_leads_to_no_image_is_missing(textures: list[dict[str, int]]) -> None:
+    document = one_square()
+    document.json["textures"] = textures
+
+    assert audit(document).textures.missing == 1
+
+
 def test_alpha_that_an_opaque_material_ignores_is_told() -> None:
     document = one_square()
     document.json["images"] = [{"bufferView": document.view(png((1, 2, 3, 9)))}]
@@ -175,6 +183,13 @@ def test_materials_are_listed_with_what_is_wrong() -> None:
     assert found.names == ("painted", "glass", "twin", "twin")
     assert (found.unused, found.duplicates, found.same_names) == (3, 1, 1)
     assert (found.without_material, found.blended, found.double_sided) == (2, 1, 1)
+
+
+def test_a_primitive_with_a_material_that_is_not_there_is_told() -> None:
+    document = one_square()
+    document.json["meshes"][0]["primitives"][0]["material"] = 5
+
+    assert audit(document).materials.undefined == 1
 
 
 def test_materials_of_an_obj_that_nobody_defines_are_told() -> None:

@@ -91,6 +91,35 @@ def test_a_scale_in_a_library_is_the_same_density_as_larger_coordinates() -> Non
     assert density_of_obj(2, "") == pytest.approx(32)
 
 
+def beside_one_without_coordinates(**material: Any) -> Document:
+    """Two squares with one material; the second has no texture coordinates."""
+    document = one_square()
+    [primitive] = document.json["meshes"][0]["primitives"]
+    attributes = {name: n for name, n in primitive["attributes"].items() if name != "TEXCOORD_0"}
+    document.json["meshes"][0]["primitives"].append({**primitive, "attributes": attributes})
+    document.json["materials"][0] |= material
+    return document
+
+
+def test_who_has_no_texture_lacks_no_coordinates_that_another_has() -> None:
+    assert audit(beside_one_without_coordinates(pbrMetallicRoughness={})).uv.missing == 0
+    assert audit(beside_one_without_coordinates()).uv.missing == 2
+
+
+def test_coordinates_that_are_all_no_numbers_are_there_and_wrong() -> None:
+    found = audit(one_square(TEXCOORD_0=np.full((4, 2), np.nan, dtype="<f4"))).uv
+
+    assert (found.not_finite, found.missing) == (2, 0)
+
+
+def test_a_texture_that_is_read_through_a_ninth_set_lacks_it() -> None:
+    document = one_square()
+    texture = document.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    texture["texCoord"] = 9
+
+    assert audit(document).uv.missing == 2
+
+
 def test_a_material_with_a_texture_and_no_coordinates_lacks_them() -> None:
     document = one_square()
     del document.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]

@@ -29,7 +29,8 @@ def of_schema(schema: dict[str, Any], product: dict[str, Any] | None = None) -> 
 def test_every_profile_is_for_every_kind_of_report(name: str, mode: Mode) -> None:
     file = parse_gate_file(f"{name}.toml", profile(name), mode)
 
-    assert all(key.startswith("asset.") for key in file.gates)
+    others = {key for key in file.gates if not key.startswith("asset.")}
+    assert others <= {"warnings.content.malformed"}
 
 
 def test_there_are_five() -> None:
