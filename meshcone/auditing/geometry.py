@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -62,7 +63,7 @@ def geometry_of(subject: Subject, validity: Validity | None = None) -> Geometry:
         debris=int(np.count_nonzero(debris)),
         inside_out_share=pieces.inside_out_share(),
         area=float(mesh.face_areas.sum()),
-        volume=float(pieces.volumes.sum()) if pieces.closed.all() else None,
+        volume=pieces.volume(),
     )
 
 
@@ -118,14 +119,35 @@ class _Pieces:
         """(p,) lengths of the boxes' diagonals."""
         return row_lengths(self.high - self.low)
 
+    @cached_property
+    def _cavities(self) -> Bools:
+        """(p,) closed pieces that face inwards within those that face outwards."""
+        return self._within(self.closed & (self.volumes < 0), self.closed & (self.volumes > 0))
+
+    @cached_property
+    def _inside_out(self) -> Bools:
+        """(p,) closed pieces that face inwards and are not cavities."""
+        return self.closed & (self.volumes < 0) & ~self._cavities
+
     def inside_out_share(self) -> float:
         """Share of the area in closed pieces that face inwards and are not cavities."""
-        wrong = self.closed & (self.volumes < 0)
-        outer = self.closed & (self.volumes > 0)
-        inwards = np.flatnonzero(wrong)
-        if len(inwards) and outer.any():
-            wrong[inwards[self._enclosed(inwards, outer)]] = False
-        return float(self.areas[wrong].sum()) / (float(self.areas.sum()) or 1.0)
+        return float(self.areas[self._inside_out].sum()) / (float(self.areas.sum()) or 1.0)
+
+    def volume(self) -> float | None:
+        """What the pieces enclose, whichever way they face; None where one is open."""
+        if not self.closed.all():
+            return None
+        # A solid with a cavity that is inside out as a whole has its cavity facing outwards.
+        hollow = self._cavities | self._within(self.volumes > 0, self._inside_out)
+        return float(np.where(hollow, -1, 1) @ np.abs(self.volumes))
+
+    def _within(self, inner: Bools, outer: Bools) -> Bools:
+        """(p,) which of some pieces lie within what others enclose."""
+        found = np.zeros(len(self.areas), dtype=bool)
+        pieces = np.flatnonzero(inner)
+        if len(pieces) and outer.any():
+            found[pieces[self._enclosed(pieces, outer)]] = True
+        return found
 
     def _enclosed(self, pieces: Ints, outer: Bools) -> Bools:
         """(k,) which pieces lie within what the outer ones enclose, at all of a few corners."""
@@ -140,7 +162,8 @@ class _Pieces:
             order = np.lexsort((self.mesh.vertices[corners.ravel()] @ direction, owners))
             _, first = np.unique(owners[order], return_index=True)
             farthest = self.mesh.vertices[corners.ravel()[order[first]]]
-            enclosed &= np.atleast_1d(around.windings.winding_number(farthest)) > _ENCLOSED
+            windings = np.atleast_1d(around.windings.winding_number(farthest))
+            enclosed &= np.abs(windings) > _ENCLOSED
         return enclosed
 
 
@@ -160,9 +183,14 @@ def _dihedral_degrees(mesh: Mesh, uses: EdgeUses) -> Floats:
 
 
 def _isolated(subject: Subject) -> int:
-    used = np.zeros(len(subject.asset.positions), dtype=bool)
-    used[subject.asset.triangles] = True
-    return int(np.count_nonzero(~used))
+    stored = subject.content.stored
+    if stored is None:
+        stored = np.arange(len(subject.asset.positions))
+    # A vertex that several nodes place is one of the file.
+    there, used = np.zeros((2, int(stored.max(initial=-1)) + 1), dtype=bool)
+    there[stored] = True
+    used[stored[subject.asset.triangles]] = True
+    return int(np.count_nonzero(there & ~used))
 
 
 def _t_junctions(mesh: Mesh, uses: EdgeUses, near: float) -> int | None:

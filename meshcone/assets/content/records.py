@@ -304,6 +304,8 @@ class Content:
         variants: names of the variants of materials (KHR_materials_variants).
         libraries: material libraries that an OBJ names, and whether each was sent.
         faults: what was malformed and read as if it were not there.
+        stored: (r,) which vertex of the file each raw vertex of the asset is, where nodes may
+            place one several times; None where each is one of its own.
     """
 
     nodes: tuple[Node, ...] = ()
@@ -325,6 +327,7 @@ class Content:
     variants: tuple[str, ...] = ()
     libraries: Mapping[str, bool] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
+    stored: NDArray[np.int64] | None = None
 
     def path(self, node: int) -> str:
         """A node's name after those of up to 63 nodes above it; a number where it has none."""

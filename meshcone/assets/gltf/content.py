@@ -99,6 +99,7 @@ class _Reader:
             extras=dict(self._extras()),
             variants=self._variants,
             faults=self._faults.found(),
+            stored=self._scene.stored,
         )
 
     @cached_property

@@ -74,6 +74,16 @@ class Scene:
         empty = [np.zeros((0, 3), dtype=np.int64)]
         return np.concatenate([placed.triangles for placed in self.primitives] or empty)
 
+    @property
+    def stored(self) -> NDArray[np.int64]:
+        """(r,) which vertex of the file each raw vertex is: several nodes may place the same."""
+        counts = {block.accessor.index: block.accessor.count for block in self.blocks}
+        starts = dict(zip(counts, np.cumsum([0, *counts.values()]).tolist(), strict=False))
+        rows = [
+            starts[block.accessor.index] + np.arange(block.accessor.count) for block in self.blocks
+        ]
+        return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
+
 
 def read_scene(
     document: Document, accessors: Accessors, limits: Limits, policy: ReadPolicy

@@ -17,7 +17,8 @@ class Geometry(Section):
         description="edges across which two faces turn their outsides in opposite directions"
     )
     degenerate_faces: int = Field(
-        description="triangles of the file without area, those with two equal corners among them"
+        description="triangles drawn without area, instances counted each time, those with two "
+        "equal corners among them"
     )
     duplicate_faces: int = Field(description="faces with the same three vertices as an earlier one")
     self_intersections: int | None = Field(
@@ -30,7 +31,9 @@ class Geometry(Section):
     t_junctions: int | None = Field(
         description="vertices of open borders that lie on an edge of one; null: not tested"
     )
-    isolated_vertices: int = Field(description="vertices of the file that no triangle uses")
+    isolated_vertices: int = Field(
+        description="vertices of the file, of what is drawn, that no triangle uses"
+    )
     pieces: int = Field(description="parts connected by shared vertices")
     closed_pieces: int = Field(description="pieces without an open border")
     debris: int = Field(description="pieces smaller than 1 % of the whole")
@@ -40,6 +43,6 @@ class Geometry(Section):
     )
     area: float = Field(description="in model units squared")
     volume: float | None = Field(
-        description="that the closed pieces enclose, in model units cubed, cavities taken out; "
-        "null where some piece is open"
+        description="that the closed pieces enclose, whichever way they face, in model units "
+        "cubed, cavities taken out; null where some piece is open"
     )

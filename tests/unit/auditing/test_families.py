@@ -85,6 +85,39 @@ def test_pieces_that_face_inwards_are_told_from_cavities() -> None:
     assert (wrong.pieces, wrong.closed_pieces) == (2, 2)
 
 
+def volume_of(*solids: trimesh.Trimesh) -> float | None:
+    whole = trimesh.util.concatenate(solids)
+    return audit_obj(whole.export(file_type="obj").encode()).geometry.volume
+
+
+def inside_out(solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    turned = solid.copy()
+    turned.invert()
+    return turned
+
+
+def test_a_piece_that_faces_inwards_encloses_what_it_encloses() -> None:
+    box = trimesh.creation.box()
+    beside = box.copy()
+    beside.apply_translation((5, 0, 0))
+
+    assert volume_of(inside_out(box)) == pytest.approx(1)
+    assert volume_of(box, inside_out(beside)) == pytest.approx(2)
+
+
+def test_a_cavity_is_taken_out_of_a_solid_that_is_inside_out_as_a_whole() -> None:
+    solid, cavity = trimesh.creation.box((2, 2, 2)), trimesh.creation.box()
+
+    assert volume_of(solid, inside_out(cavity)) == pytest.approx(7)
+    assert volume_of(inside_out(solid), cavity) == pytest.approx(7)
+
+
+def test_what_lies_in_a_cavity_is_solid() -> None:
+    solid, cavity, ball = (trimesh.creation.box((size,) * 3) for size in (3, 2, 1))
+
+    assert volume_of(solid, inside_out(cavity), ball) == pytest.approx(27 - 8 + 1)
+
+
 def test_what_lies_in_the_hole_of_a_ring_is_no_cavity() -> None:
     ring = trimesh.creation.torus(major_radius=2, minor_radius=0.4)
     ball = trimesh.creation.icosphere(1, 0.3)
@@ -128,6 +161,15 @@ def test_debris_slivers_and_unused_vertices_are_counted() -> None:
     found = audit_obj(data).geometry
 
     assert (found.pieces, found.debris, found.slivers, found.isolated_vertices) == (3, 1, 1, 1)
+
+
+def test_an_unused_vertex_of_a_mesh_at_two_nodes_is_one_of_the_file() -> None:
+    unused = {name: np.concatenate([values, values[:1]]) for name, values in square().items()}
+    document = one_square(**unused)
+    document.json["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}]
+    document.json["scenes"] = [{"nodes": [0, 1]}]
+
+    assert audit(document).geometry.isolated_vertices == 1
 
 
 def test_a_vertex_on_the_edge_of_its_neighbour_is_a_t_junction() -> None:
