@@ -56,7 +56,7 @@ class Formulated(abc.ABC):
         return optimum
 
     def settled(self, answer: Floats) -> Floats:
-        """Put what a solver leaves near where it is pinned to exactly there, (n, 3)."""
+        """Put what a solver leaves near where it belongs exactly there, (n, 3)."""
         return answer
 
     def started_at(self, before: Floats) -> Floats:
@@ -95,6 +95,7 @@ class SurfaceFormulation(Formulated):
             pair.frame.radius,
             labels,
             None if start is None else self.into_program(start),
+            ties=self.seams.ties,
         )
 
     def unmet(self) -> dict[str, int]:
@@ -116,7 +117,8 @@ class SurfaceFormulation(Formulated):
 
     def settled(self, answer: Floats) -> Floats:
         """See :meth:`Formulated.settled`."""
-        pinned = self._problem.request.pinned(self.seams.gathered(answer))
+        settled = self.seams.settled(self.seams.gathered(answer))
+        pinned = self._problem.request.pinned(settled)
         return self.seams.spread(pinned)
 
     def started_at(self, before: Floats) -> Floats:

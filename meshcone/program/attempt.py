@@ -14,7 +14,6 @@ from meshcone.program.answer import FinalProgram
 from meshcone.program.cones import ConeFamily
 from meshcone.program.diagnostics import RegionsRecord, RoundRecord
 from meshcone.program.feasibility import require_feasible
-from meshcone.program.held import HeldObjective
 from meshcone.program.multipliers import Multipliers
 from meshcone.program.records import record_round
 from meshcone.program.region_solver import solve_apart, solve_together, within_regions
@@ -22,7 +21,7 @@ from meshcone.program.regions import OVERLAP
 from meshcone.program.request import RequestedCones
 from meshcone.program.round_solver import RoundSolution, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
-from meshcone.program.surface_problem import SurfaceProblem
+from meshcone.program.surface_problem import RoundObjective, SurfaceProblem
 from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Bools, Floats
 
@@ -247,7 +246,7 @@ class Attempt:
 
     def _optimum(
         self,
-        objective: SurfaceObjective | HeldObjective,
+        objective: RoundObjective,
         families: Sequence[ConeFamily],
         *,
         last: bool,
@@ -258,18 +257,20 @@ class Attempt:
         start, count = self.positions, len(self.positions)
         afterwards = last and self._solved >= self._problem.rounds
         most = Allowance(*_REMEDY_WORK) if afterwards else None
+        settled = self._problem.settled
         if not regions:
             return solve_round(
-                objective, families, start, options, reduction, known, allowance=most
+                objective, families, start, options, reduction, known, settled, allowance=most
             )
-        # What is held leaves little to solve: it is not divided.
+        # What is held leaves little to solve: it is not divided. Nor is a mesh parts of which
+        # follow others, because they may do so from one region to the next.
         if isinstance(objective, SurfaceObjective) and within_regions(regions, known, count):
             apart = solve_apart(regions, objective, families, start, options, reduction, known)
             start, known = apart.positions, apart.multipliers
             if not last and within_regions(regions, known, count):
                 return apart
         solution, products = solve_together(
-            objective, families, start, options, reduction, known, allowance=most
+            objective, families, start, options, reduction, known, settled, allowance=most
         )
         self._together, self._products = self._together + 1, self._products + products
         return solution

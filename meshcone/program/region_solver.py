@@ -27,7 +27,7 @@ from meshcone.program.multipliers import Multipliers
 from meshcone.program.regions import Region
 from meshcone.program.relaxation import PreconditionedObjective
 from meshcone.program.restriction import RestrictedCones, restricted_objective
-from meshcone.program.round_solver import Method, RoundSolution, solve_round
+from meshcone.program.round_solver import Method, RoundSolution, Settled, solve_round
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.program.vertex_blocks import VertexBlocks
 from meshcone.program.work import Allowance
@@ -103,6 +103,7 @@ def solve_together(
     options: SolverOptions,
     reduction: float,
     known: Sequence[Multipliers],
+    settled: Settled | None = None,
     *,
     allowance: Allowance | None = None,
 ) -> tuple[RoundSolution, int]:
@@ -112,7 +113,9 @@ def solve_together(
         What :func:`solve_round` does, and how many products with the whole matrix it took.
     """
     counted = _CountedObjective(objective)
-    solution = solve_round(counted, families, start, options, reduction, known, allowance=allowance)
+    solution = solve_round(
+        counted, families, start, options, reduction, known, settled, allowance=allowance
+    )
     return solution, counted.products
 
 

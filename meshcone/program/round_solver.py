@@ -7,7 +7,7 @@ violated cones are added and the program solved again, until no cone is violated
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -32,6 +32,8 @@ from meshcone.program.work import Allowance
 from meshcone.surface.arrays import Floats, Ints
 
 Method = Literal["relaxation", "multipliers", "scs"]
+# Puts what depends on the rest of (n, 3) positions exactly where it belongs.
+Settled = Callable[[Floats], Floats]
 
 _PASS_LIMIT = 20
 # Tolerance of the dual method in units of SCS's, in the last round and in those before.
@@ -74,6 +76,7 @@ def solve_round(
     options: SolverOptions,
     reduction: float = 0.0,
     known: Sequence[Multipliers] = (),
+    settled: Settled | None = None,
     *,
     allowance: Allowance | None = None,
 ) -> RoundSolution:
@@ -87,6 +90,8 @@ def solve_round(
         reduction: how far CG need reduce the gradient of the relaxation; 0 for all the way.
             A round of which that is enough is also solved less tightly over its cones.
         known: multipliers of the round before: most of its active cones will be again.
+        settled: what to do with the relaxation's optimum, which CG finds only nearly, where that
+            is known to bring it nearer.
         allowance: what the dual method may take, if less than usual.
 
     Raises:
@@ -95,6 +100,8 @@ def solve_round(
         InternalError: neither method found an optimum.
     """
     relaxed = solve_relaxation(objective, start.ravel(), reduction)
+    if settled is not None:
+        relaxed = settled(relaxed.reshape(-1, 3)).ravel()
     if options.method == "full":
         program = assemble(objective, everything(families))
         run = solve(program, certifiable(options), slack_start(program, relaxed))

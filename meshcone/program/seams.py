@@ -3,7 +3,8 @@
 Exporters write the two sides of a seam between nodes or primitives in different frames, or
 rounded apart: the file's vertices are not equal, and a solver would see two open borders and
 tear them apart. Here their vertices become one vertex of the program. What is written moves
-each of them by what it moved, so that a gap neither opens nor closes.
+each of them by what it moved, so that a gap neither opens nor closes. Where the two sides have
+their vertices in different places, those within an edge of the other side follow that edge.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from meshcone.program.ties import Ties
+from meshcone.quality.contacts import GAP, GAP_OVER_EDGE, border_contacts
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints
 
-# Two vertices are one if they are no farther apart than this share of the radius, and than
-# this share of the edges at them.
-_GAP, _GAP_OVER_EDGE = 1e-4, 0.05
+# Pairs of border edges that are compared, some seconds' worth: of more, none are tied.
+_MOST_PAIRS = 5_000_000
 # Nearest border vertices looked at: a mesh far smaller than its reference has all within reach.
 _NEIGHBOURS = 8
 
@@ -34,16 +36,20 @@ class Seams:
         joined: (k) vertices, the same faces over one vertex for each group.
         group: (n,) the vertex of ``joined`` that each vertex belongs to.
         first: (k,) the first vertex of each group, at whose position it is.
+        ties: which vertices of ``joined`` follow an edge that they lie on, if any do.
     """
 
     source: Mesh
     joined: Mesh
     group: Ints
     first: Ints
+    ties: Ties | None = None
 
     @staticmethod
     def of(source: Mesh) -> Seams:
         """Join vertices of open borders that lie on each other, where no face is lost by it.
+
+        Those that lie within an edge are tied to it.
 
         Args:
             source: in the reference's frame, where its radius is 1.
@@ -60,12 +66,17 @@ class Seams:
         joined = source
         if len(first) < count:
             joined = Mesh(source.vertices[first], group[source.faces])
-        return Seams(source, joined, group, first)
+        contacts = border_contacts(joined, _MOST_PAIRS, source.border_sides)
+        return Seams(source, joined, group, first, Ties.of(joined.vertices, contacts))
 
     @property
     def trivial(self) -> bool:
         """Whether every vertex is its own group."""
         return len(self.first) == len(self.group)
+
+    def settled(self, positions: Floats) -> Floats:
+        """Put vertices at (k, 3) positions of the program exactly on what they follow."""
+        return positions if self.ties is None else self.ties.settled(positions)
 
     def gathered(self, positions: Floats) -> Floats:
         """Take (n, 3) positions of the mesh to the program's, (k, 3)."""
@@ -86,9 +97,9 @@ def _near_borders(mesh: Mesh) -> Ints:
     ends, lengths = mesh.edges.ravel(), np.repeat(mesh.edge_lengths, 2)
     degree = np.maximum(np.bincount(ends, minlength=len(mesh.vertices)), 1)
     mean = np.bincount(ends, lengths, minlength=len(mesh.vertices)) / degree
-    allowed = np.minimum(_GAP, _GAP_OVER_EDGE * mean)
+    allowed = np.minimum(GAP, GAP_OVER_EDGE * mean)
     points = mesh.vertices[border]
-    found = cKDTree(points).query(points, k=_NEIGHBOURS + 1, distance_upper_bound=_GAP)
+    found = cKDTree(points).query(points, k=_NEIGHBOURS + 1, distance_upper_bound=GAP)
     gaps, others = np.asarray(found[0]), np.asarray(found[1])
     one, place = np.nonzero(others < len(border))  # the tree's length where there is no other
     pairs = border[np.stack([one, others[one, place]], axis=1)]

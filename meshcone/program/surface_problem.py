@@ -21,8 +21,12 @@ from meshcone.program.request import RequestedCones, SourceLabels, resolve_cones
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.staying import Staying
 from meshcone.program.surface_objective import SurfaceObjective
+from meshcone.program.tied import TiedObjective
+from meshcone.program.ties import Ties
 from meshcone.surface import Mesh, without_copies
 from meshcone.surface.arrays import Bools, Floats
+
+RoundObjective = SurfaceObjective | HeldObjective | TiedObjective
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ class SurfaceProblem:
         most_pairs: pairs of faces that a guard round may test for passing through each other.
         regions: parts that are solved apart, if the mesh is divided.
         held: (n,) vertices that every round leaves where the input has them, or None for none.
+        ties: which vertices follow an edge of another border, or None for none.
     """
 
     source: Mesh
@@ -50,6 +55,7 @@ class SurfaceProblem:
     most_pairs: int
     regions: tuple[Region, ...] = ()
     held: Bools | None = None
+    ties: Ties | None = None
 
     def unmet(self) -> dict[str, int]:
         """Count the cones that the source itself does not satisfy, by what asked for them."""
@@ -79,9 +85,7 @@ class SurfaceProblem:
         """Number of rounds there may be: after the guard rounds one that leaves places alone."""
         return self.guarded_rounds + 1
 
-    def program(
-        self, round_index: int, before: Floats
-    ) -> tuple[SurfaceObjective | HeldObjective, list[ConeFamily]]:
+    def program(self, round_index: int, before: Floats) -> tuple[RoundObjective, list[ConeFamily]]:
         """Write a round's program.
 
         Args:
@@ -89,13 +93,21 @@ class SurfaceProblem:
                 holds every vertex that is where the input has it.
             before: (n, 3) where the previous round left the vertices.
         """
-        objective, families = self._over_all(round_index, before)
+        whole, families = self._over_all(round_index, before)
+        objective: RoundObjective = whole
         held = self.held
         if round_index == self.guarded_rounds:
             held = (before == self.source.vertices).all(axis=1)
         if held is not None and held.any():
-            return HeldObjective(objective, held, self.source.vertices), families
-        return objective, families
+            held = held if self.ties is None else self.ties.closed(held)
+            objective = HeldObjective(whole, held, self.source.vertices)
+        if self.ties is None:
+            return objective, families
+        return TiedObjective(objective, self.ties), [*families, self.ties.cones]
+
+    def settled(self, positions: Floats) -> Floats:
+        """Put what follows others exactly where it belongs at (n, 3) positions."""
+        return positions if self.ties is None else self.ties.settled(positions)
 
     def _over_all(
         self, round_index: int, before: Floats
@@ -125,6 +137,7 @@ class SurfaceProblems:
         radius: the frame's radius in model units, for lengths given in them.
         labels: regions and vertex numbering of the source file, for pins.
         start: (n, 3) where the first round starts, if not at the source.
+        ties: which vertices of it follow an edge of another border, if any do.
         prepared: the reference, sampled once for all settings.
         staying: the side of it that the answer stays on, if one was asked for.
     """
@@ -135,6 +148,7 @@ class SurfaceProblems:
     radius: float = 1.0
     labels: SourceLabels | None = None
     start: Floats | None = None
+    ties: Ties | None = None
     prepared: PreparedReference = field(init=False)
     staying: Staying | None = field(init=False)
     _structures: dict[float, SourceStructure] = field(init=False, default_factory=dict)
@@ -167,6 +181,7 @@ class SurfaceProblems:
             most_pairs=self.options.quality.intersection_pairs,
             regions=self.regions,
             held=self._structure(chosen.noise_scale).exact if candidate.holding else None,
+            ties=self.ties,
         )
 
     @cached_property

@@ -12,6 +12,7 @@ from meshcone.program.cones.one_side import (
 )
 from meshcone.program.cones.orientation import Orientation
 from meshcone.program.cones.pin import Pins
+from meshcone.program.cones.tie import EdgeTies
 
 __all__ = [
     "FEASIBILITY",
@@ -19,6 +20,7 @@ __all__ = [
     "ConeType",
     "DisplacementCaps",
     "EdgeCaps",
+    "EdgeTies",
     "OneSide",
     "Orientation",
     "Pins",

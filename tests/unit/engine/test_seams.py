@@ -7,10 +7,11 @@ import pytest
 
 from meshcone.assets import read_asset
 from meshcone.files import MeshFile
+from meshcone.quality.contacts import border_contacts
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Floats, row_lengths
 from tests import shapes
-from tests.meshes import noisy, sphere
+from tests.meshes import joined_halves, noisy, sheet, sphere
 from tests.unit.assets.builders import Gltf
 from tests.unit.engine.evidence import Evidence
 
@@ -82,3 +83,41 @@ def test_what_was_closed_stays_closed_to_the_precision_of_the_file(name: str, se
     assert quality.input.validity.cracks == quality.refined.validity.cracks == 2 * len(pairs)
     assert made.report.outcome == "improved"
     assert not made.failed()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"effort": "fast"},
+        {"effort": "fast", "cones": {"max_displacement": {"relative": 0.05}}},
+        {"effort": "fast", "solver": {"method": "full"}},
+        {"effort": "fast", "surface": {"regions": 2}},
+    ],
+    ids=["best", "fast", "with a cone that binds", "by SCS alone", "in regions"],
+)
+@pytest.mark.parametrize("cells", [(4, 8), (4, 6)], ids=["one side finer", "neither finer"])
+def test_a_seam_stays_closed_whose_sides_are_divided_otherwise(
+    cells: tuple[int, int], options: dict[str, object]
+) -> None:
+    # Everything is bent and rough but the seam, which is a straight line.
+    flat = joined_halves(*cells)
+    x, y, _ = flat.vertices.T
+    rough = np.random.default_rng(0).normal(size=len(x)) * 0.01
+    source = flat.moved_to(np.column_stack([x, y, (x - 1) ** 2 * (0.3 + y / 4 + rough)]))
+    fine = sheet(41, 21).vertices / 20
+    curve = (fine[:, 0] - 1) ** 2 * (0.3 + fine[:, 1] / 4) + 0.05 * np.sin(3 * fine[:, 1])
+    reference = shapes.obj(np.column_stack([fine[:, :2], curve]), sheet(41, 21).faces)
+    contacts = border_contacts(source, 10_000)
+
+    made = Evidence.of(
+        MeshFile("s.obj", shapes.obj(source.vertices, source.faces)),
+        MeshFile("r.obj", reference),
+        options,
+    )
+
+    assert made.report.outcome == "improved"
+    assert made.failed() == set()
+    answer = read_asset("s.obj", made.refined.data).positions
+    assert np.abs(answer - source.vertices).max() > 0.01
+    assert contacts.opened(answer)[1].max() < 1e-8

@@ -14,6 +14,7 @@ from meshcone.program.cones import (
     ConeFamily,
     DisplacementCaps,
     EdgeCaps,
+    EdgeTies,
     OneSide,
     Orientation,
     Pins,
@@ -179,6 +180,12 @@ def test_a_moved_vertex_is_no_optimum(
         DisplacementCaps.uniform(torus(8, 6).vertices, 0.1),
         Pins.at(torus(8, 6).vertices, np.array([0, 5, 9])),
         Orientation.at(torus(8, 6), torus(8, 6).face_normals, np.ones(96, dtype=bool)),
+        EdgeTies.at(
+            torus(8, 6).vertices,
+            np.array([0, 5, 9]),
+            np.array([[1, 7], [2, 30], [8, 9]]),
+            np.array([0.2, 0.5, 0.9]),
+        ),
         ToleranceBand(
             np.arange(48)[:, None], torus(8, 6).vertices, torus(8, 6).vertex_normals, 0.02
         ),
