@@ -22,7 +22,7 @@ class MeshFile:
 
     name: str
     data: bytes = field(repr=False)
-    resources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    resources: Mapping[str, bytes] = field(default_factory=dict, repr=False, hash=False)
 
     def __post_init__(self) -> None:
         # A file system's name need not be text, but reports and messages are.

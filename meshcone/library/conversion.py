@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 # mesh's size are too far from the origin for it.
 _COARSEST = 1e-5
 
+_NUMBERS = "biufO"  # kinds of arrays; those of objects may hold numbers
+
 # Name and data of a file, its resources, its path, and the Trimesh it stands for.
 _Parts = tuple[str, bytes, dict[str, bytes], None, Any]
 
@@ -50,6 +52,7 @@ def from_trimesh(mesh: Any, name: str) -> _Parts:
         if not mesh.visual.defined:
             return f"{name}.obj", _obj(points, corners), {}, None, mesh.copy()
         _require_precision(mesh, name)
+        _require_colors_of_vertices(mesh, name)
         return f"{name}.glb", mesh.export(file_type="glb"), {}, None, mesh.copy()
     if isinstance(mesh, trimesh.Scene):
         meshes = [each for each in mesh.geometry.values() if isinstance(each, trimesh.Trimesh)]
@@ -58,6 +61,7 @@ def from_trimesh(mesh: Any, name: str) -> _Parts:
         for each in meshes:
             _checked(each.vertices, each.faces, name)
             _require_precision(each, name)
+            _require_colors_of_vertices(each, name)
         return f"{name}.glb", mesh.export(file_type="glb"), {}, None, None
     raise ArgumentError(
         f"expected a trimesh.Trimesh or trimesh.Scene, found a trimesh {type(mesh).__name__}",
@@ -72,10 +76,18 @@ def _checked(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Floats, 
 
 
 def _vertices(given: ArrayLike, name: str) -> Floats:
+    _require_unmasked(given, "vertices", name)
     try:
-        vertices = np.array(given, dtype=np.float64)
+        found = np.asarray(given)
+        if found.dtype.kind not in _NUMBERS:
+            raise TypeError(found.dtype)  # which would lose an imaginary part, or be a date
+        vertices = np.array(found, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError("the vertices are not an (n, 3) array of numbers", file=name) from None
+    except OverflowError:
+        raise InputError(
+            "the vertices are not all numbers that double precision can hold", file=name
+        ) from None
     if vertices.size == 0:
         raise InputError("the mesh has no vertices", file=name)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
@@ -91,11 +103,21 @@ def _vertices(given: ArrayLike, name: str) -> Floats:
     return vertices
 
 
+def _require_unmasked(given: ArrayLike, what: str, name: str) -> None:
+    if np.ma.is_masked(given):
+        raise InputError(
+            f"some of the {what} are masked, and a mesh has no place for what is missing: leave "
+            "them out",
+            file=name,
+        )
+
+
 def _coordinates(vertex: Floats) -> str:
     return f"({', '.join(f'{value:g}' for value in vertex)})"
 
 
 def _faces(given: ArrayLike, name: str) -> Ints:
+    _require_unmasked(given, "faces", name)
     try:
         faces = np.asarray(given)
     except ValueError:
@@ -143,6 +165,26 @@ def _require_precision(mesh: Any, name: str) -> None:
         raise InputError(
             f"single precision, which GLB stores, would move vertices by {moved:.2g} of a mesh "
             f"of size {size:.2g}: move the mesh to the origin, or leave out its materials",
+            file=name,
+        )
+
+
+def _require_colors_of_vertices(mesh: Any, name: str) -> None:
+    """Refuse colours of faces that a file with colours of vertices would blend at their corners."""
+    if mesh.visual.kind != "face":
+        return
+    colors = np.asarray(mesh.visual.face_colors)
+    corners = mesh.faces.reshape(-1)
+    of_corners = np.repeat(colors, mesh.faces.shape[1], axis=0)
+    least = np.full((len(mesh.vertices), colors.shape[1]), 255, dtype=colors.dtype)
+    most = np.zeros_like(least)
+    np.minimum.at(least, corners, of_corners)
+    np.maximum.at(most, corners, of_corners)
+    if (least < most).any():
+        raise InputError(
+            "its faces have colours, and a file has those of vertices, in which they would blend: "
+            "call .unmerge_vertices() on a copy first, which gives each face vertices of its own, "
+            "or give it without colours",
             file=name,
         )
 

@@ -12,6 +12,12 @@ from meshcone.gates.files import GateFile, parse_gate_file, parse_gates, profile
 from meshcone.gates.levels import level_of
 from meshcone.gates.thresholds import PERCENTILE
 from meshcone.gates.thresholds import thresholds as proposed_gates
+from meshcone.library.arguments import (
+    kind_of,
+    require_accepted,
+    require_processes,
+    require_text,
+)
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
 from meshcone.library.keywords import OptionKeywords, options_from, plain
 from meshcone.library.results import Audited, Measured, Refined, Verdict
@@ -87,6 +93,7 @@ def refine_loaded(
     processes: int = 1,
 ) -> Refined:
     """Refine as :func:`refine` does, with what it has made of its arguments."""
+    require_processes(processes)
     from meshcone.verbs.within import refine_within  # 2.5 s, not to be paid for a mistyped name
 
     source = source.with_file(options.cones.pin.vertices_file)
@@ -198,6 +205,8 @@ def gate(
         meshcone.errors.InfeasibleError: ``refine`` is true and the constraints contradict each
             other.
     """
+    require_text(name, "name")
+    require_text(profile, "profile")
     mode: Mode = "refine" if refine else "measure"
     resolved = options_from(options, mode)
     if resolved.gates:
@@ -237,6 +246,7 @@ def thresholds(
     Raises:
         meshcone.errors.InputError: there is no asset, or the percentile is out of its range.
     """
+    require_accepted(accepted, percentile)
     reports = [(name, result.report) for name, result in accepted.items()]
     return {each.key: {each.side: each.bound} for each in proposed_gates(reports, percentile)}
 
@@ -246,8 +256,7 @@ def _gate_file(gates: Gates, mode: Mode, base: GateFile | None) -> GateFile:
         path = Path(gates)
         return parse_gate_file(path.name, read_bytes(path), mode, base)
     if not isinstance(gates, Mapping):
-        kind = type(gates).__name__
-        raise ArgumentError(f"'gates' must be a path or a mapping, found a value of type {kind}")
+        raise ArgumentError(f"'gates' must be a path or a mapping, found {kind_of(gates)}")
     # No value of a report has such a name.
     is_file = bool(gates.keys() & {"gates", "classes"})
     document = plain(gates if is_file else {"gates": gates})
@@ -308,8 +317,7 @@ def verify(
         stored = MeshFile(place.name, read_bytes(place))
     else:
         raise ArgumentError(
-            "expected a result of meshcone.refine or the path of a report, found a value of type "
-            f"{type(result).__name__}"
+            f"expected a result of meshcone.refine or the path of a report, found {kind_of(result)}"
         )
     files = [_required(mesh, name) for name, mesh in given.items()]
     files[0] = files[0].with_file(report.options.cones.pin.vertices_file)

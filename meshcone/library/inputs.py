@@ -134,6 +134,8 @@ def load(mesh: MeshLike, *, name: str | None = None) -> LoadedMesh:
         InputError, LimitError: it cannot be used; the message says which part and why.
         ArgumentError: it is none of these.
     """
+    if name is not None and not isinstance(name, str):
+        raise ArgumentError(f"'name' must be text, found {_described(name)}")
     loaded = load_unread(mesh, name or "mesh", renamed=name is not None)
     loaded._asset()
     return loaded

@@ -33,7 +33,7 @@ _SHOWN_FACES = 20_000
 _FRAME_HEIGHT = 900  # pixels
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Measured:
     """How a mesh compares with its reference.
 
@@ -70,7 +70,7 @@ class Measured:
         return _framed(page, repr(self))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Audited:
     """What an asset is as a whole, and what changed in it.
 
@@ -92,7 +92,7 @@ class Audited:
         return f"<Audited {self.source.name}: {size}{told}>"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Refined(MeshHolder):
     """A refined mesh, with its report and certificate.
 
@@ -222,7 +222,7 @@ def require_saveable(
     require_format(out, source.name)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Verdict:
     """What the gates say of a mesh; true if it passed.
 

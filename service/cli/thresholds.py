@@ -61,6 +61,11 @@ def command(
 
     pairs = pairs_to_gate(paths, None, reference_pattern, always=set())
     options = options_from(assignments)
+    for name in ("mode", "gates", "keep", "within"):
+        if name in options.model_fields_set:
+            raise InputError(
+                f"option '{name}' says nothing of what accepted assets have: leave it out"
+            )
     listed = options.cones.pin.vertices_file
     require_places([out], (file for pair in pairs for file in pair.files(listed)))
     work = [

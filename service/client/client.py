@@ -23,7 +23,6 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
-from meshcone.text import as_text
 from service.api.schemas import (
     JOBS_PATH,
     Deletion,
@@ -160,7 +159,7 @@ class Client(BatchCalls):
         # The question has a file that was sent kept for as long as if it were sent again.
         if self._transport.answer("HEAD", path).status_code != httpx2.codes.OK:
             self._transport.request("PUT", path, content=file.data)
-        return NamedBlob(name=as_text(file.name), sha256=digest)
+        return NamedBlob(name=file.name, sha256=digest)
 
     def job(self, job_id: str) -> Job:
         """A job as it is now."""
@@ -295,7 +294,7 @@ class Client(BatchCalls):
 def _content(file: MeshFile | NamedBlob | LinkedFile) -> tuple[str | None, str | bytes]:
     if isinstance(file, _ByName):
         return None, file.model_dump_json()
-    return as_text(file.name), file.data
+    return file.name, file.data
 
 
 def _listed(options: Mapping[str, Any]) -> str | None:

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -51,3 +54,20 @@ def test_loaded_libraries_keep_the_threads_that_the_environment_asks_for(
         before = threads_of_numpy()
         with one_thread():
             assert threads_of_numpy() == before
+
+
+def test_the_last_of_several_threads_gives_the_libraries_their_threads_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("os.environ", {})
+    one, other = ExitStack(), ExitStack()
+
+    with threadpool_limits(limits=2), ThreadPoolExecutor(1) as elsewhere:
+        before = threads_of_numpy()
+        one.enter_context(one_thread())
+        elsewhere.submit(other.enter_context, one_thread()).result()
+        one.close()
+        while_one_is_in = elsewhere.submit(threads_of_numpy).result()
+        elsewhere.submit(other.close).result()
+
+        assert (while_one_is_in, threads_of_numpy()) == ({1}, before)

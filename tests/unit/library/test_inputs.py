@@ -237,3 +237,56 @@ def test_a_mesh_knows_its_files_from_another_directory_too(
     assert loaded.files() == [tmp_path / "ball.obj"]
     assert loaded.with_file("pins.txt").files() == [tmp_path / "ball.obj", tmp_path / "pins.txt"]
     assert loaded.path == Path("ball.obj")
+
+
+def colored_faces() -> trimesh.Trimesh:
+    mesh = rough()
+    mesh.visual.face_colors = np.arange(4 * len(FACES)).reshape(-1, 4) % 256
+    return mesh
+
+
+def test_colours_of_faces_are_not_blended_into_those_of_vertices() -> None:
+    for given in (colored_faces(), trimesh.Scene(colored_faces())):
+        with pytest.raises(InputError, match=r"they would blend: call \.unmerge_vertices\(\)"):
+            meshcone.load(given)
+
+
+def test_colours_of_faces_that_share_no_vertex_are_kept() -> None:
+    apart, even = colored_faces(), rough()
+    apart.unmerge_vertices()
+    even.visual.face_colors = [200, 37, 5, 255]
+
+    for given in (apart, even):
+        read = trimesh.load_mesh(
+            trimesh.util.wrap_as_stream(meshcone.load(given).data), file_type="glb", process=False
+        )
+        assert (read.visual.vertex_colors[read.faces] == given.visual.face_colors[:, None]).all()
+
+
+def masked(values: Any) -> Any:
+    return np.ma.masked_array(values, mask=np.arange(values.size).reshape(values.shape) == 4)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "said"),
+    [
+        (masked(ROUGH), FACES, "some of the vertices are masked"),
+        (ROUGH, masked(FACES), "some of the faces are masked"),
+        (ROUGH + 1j, FACES, "the vertices are not an .* array of numbers"),
+        (ROUGH.astype(str), FACES, "the vertices are not an .* array of numbers"),
+        ([[0, 0, 10**400], *ROUGH[1:]], FACES, "numbers that double precision can hold"),
+    ],
+)
+def test_arrays_that_would_lose_something_are_refused(vertices: Any, faces: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        meshcone.load((vertices, faces))
+
+
+def test_a_masked_array_in_which_nothing_is_masked_is_an_array() -> None:
+    loaded = meshcone.load((np.ma.masked_array(ROUGH), FACES))
+
+    assert loaded.mesh.vertices.tobytes() == ROUGH.tobytes()
+
+
+def test_meshes_can_be_members_of_a_set() -> None:
+    assert len({meshcone.load((ROUGH, FACES)), meshcone.load((ROUGH, FACES))}) == 1

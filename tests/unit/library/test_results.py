@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import pickle
 import re
@@ -302,3 +303,10 @@ def test_a_verdict_can_be_about_a_profile_and_gates_that_replace_some_of_it() ->
 def test_a_profile_that_does_not_exist_is_refused() -> None:
     with pytest.raises(InputError, match="unknown profile 'wep'; did you mean 'web'"):
         meshcone.gate(smooth(), smooth(), profile="wep")
+
+
+def test_results_are_equal_to_themselves_alone(result: meshcone.Refined) -> None:
+    verdict = meshcone.gate(smooth(), smooth(), keep="all")
+
+    for each in (result, verdict, verdict.result, meshcone.audit(smooth())):
+        assert {each} == {each} != {copy.deepcopy(each)}
