@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -29,6 +30,7 @@ from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.notices import miscounted_notices
 from meshcone.assets.gltf.overlaps import unreadable
 from meshcone.assets.gltf.ownership import check_ownership
+from meshcone.assets.gltf.references import meshes_named
 from meshcone.assets.gltf.regions import scene_regions
 from meshcone.assets.gltf.room import make_room
 from meshcone.assets.gltf.shading import write_shading
@@ -130,13 +132,19 @@ class GltfAsset(Asset):
             self._writable(policy, self._undecided(policy))
 
     def _undecided(self, policy: WritePolicy) -> frozenset[int]:
-        """Meshes whose instances cannot become nodes: only those that do not agree need to."""
+        """Meshes that cannot be split: only those whose places do not agree need to be."""
+        if policy.instances != "auto":
+            return frozenset()
         placements = [block.placement for block in self._model.scene.blocks]
         placing = {each.node for each in placements if each.instance is not None}
-        if policy.instances != "auto" or not placing:
-            return frozenset()
         nodes = not_as_nodes(self._model.document, placing)
-        return frozenset(each.mesh for each in placements if each.node in nodes)
+        places = {(each.mesh, each.node, each.instance) for each in placements}
+        shared = {mesh for mesh, count in Counter(mesh for mesh, *_ in places).items() if count > 1}
+        named = meshes_named(self._model.document.root) if shared else []
+        return frozenset(
+            [each.mesh for each in placements if each.node in nodes]
+            + [mesh for mesh in shared if any(naming.may_be(mesh) for naming in named)]
+        )
 
     def changes(self, policy: WritePolicy, written: Asset) -> tuple[Notice, ...]:
         """See :meth:`Asset.changes`."""

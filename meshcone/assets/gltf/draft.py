@@ -48,6 +48,7 @@ class Draft:
         self._json_bytes = len(document.text)
         self._members: dict[Path, object] = {}
         self._removed: set[Path] = set()
+        self._extended: dict[Path, list[dict[str, Any]]] = defaultdict(list)
         self._entries: dict[str, list[dict[str, Any]]] = defaultdict(list)
         self._replaced: dict[int, list[_Piece]] = defaultdict(list)
         self._appended: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
@@ -63,16 +64,28 @@ class Draft:
         """Remove an existing member of an object."""
         self._removed.add(path)
 
+    def extend(self, path: Path, value: dict[str, Any]) -> None:
+        """Append an object to an existing array that is not one of the root.
+
+        Raises:
+            LimitError: the document grows larger than one may be that is sent.
+        """
+        self._grow(value)
+        self._extended[path].append(value)
+
     def append(self, array: str, value: dict[str, Any]) -> int:
         """Append an object, which may still change, to an array of the root; returns its index.
 
         Raises:
             LimitError: the document grows larger than one may be that is sent.
         """
-        self._json_bytes += len(spelled(value))
-        self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
+        self._grow(value)
         self._entries[array].append(value)
         return len(self._document.root.children(array)) + len(self._entries[array]) - 1
+
+    def _grow(self, value: dict[str, Any]) -> None:
+        self._json_bytes += len(spelled(value))
+        self._limits.check("json_bytes", self._json_bytes, "bytes of JSON after copying")
 
     def store(self, buffer: int, data: bytes, members: dict[str, Any]) -> int:
         """Append bytes to a buffer, as a new buffer view.
@@ -152,6 +165,8 @@ class Draft:
                 changes.replaced[path] = spelled(value)
             else:
                 changes.added[path[:-1]].append(f"{spelled(path[-1])}: {spelled(value)}")
+        for path, values in self._extended.items():
+            changes.added[path] += map(spelled, values)
         for array, entries in self._entries.items():
             if array in self._document.root.value:
                 changes.added[(array,)] += map(spelled, entries)

@@ -5,7 +5,7 @@ Source: the extension's text in the Khronos glTF repository.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
-from meshcone.assets.gltf.extensions import ANIMATION_POINTER, INSTANCING, extension_of
+from meshcone.assets.gltf.extensions import INSTANCING, extension_of
+from meshcone.assets.gltf.references import Naming, meshes_of_nodes_named, pointer_of
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
@@ -60,7 +61,7 @@ def instances(node: Element, accessors: Accessors) -> list[dict[str, Any]] | Non
 
 
 def as_nodes(
-    document: Document, accessors: Accessors, nodes: Iterable[int], limits: Limits
+    document: Document, accessors: Accessors, nodes: Collection[int], limits: Limits
 ) -> tuple[Document, Buffers] | None:
     """Give each instance of some nodes a node of its own, below the one that places it.
 
@@ -73,6 +74,7 @@ def as_nodes(
     """
     draft = Draft(document, accessors.buffers, limits)
     elements = document.root.children("nodes")
+    named = _named(document, nodes)
     expanded = set()
     count = len(elements)
     for index in nodes:
@@ -80,14 +82,14 @@ def as_nodes(
         found = instances(node, accessors)
         if found is None:
             continue
-        more = _beyond_places(document.root, index)
+        more = _beyond_places(document.root, index, named)
         if more is not None:
             raise more
         expanded.add(index)
         count += len(found)
         limits.check("nodes", count, "nodes, one for each instance", node.pointer)
         kept = {key: node.value[key] for key in ("mesh", "weights") if key in node.value}
-        added = [draft.append("nodes", kept | each) for each in found]
+        added = [draft.append("nodes", kept | _turned(each)) for each in found]
         path = ("nodes", index)
         draft.put((*path, "children"), added + node.references("children", len(elements), "node"))
         for key in kept:
@@ -105,12 +107,28 @@ def as_nodes(
     return draft.finish()
 
 
-def not_as_nodes(document: Document, nodes: Iterable[int]) -> set[int]:
+def _turned(members: dict[str, Any]) -> dict[str, Any]:
+    """The members of a node whose rotation is of length 1, which it need not be in few bits."""
+    if "rotation" not in members:
+        return members
+    rotation = np.array(members["rotation"])
+    return members | {"rotation": (rotation / np.linalg.norm(rotation)).tolist()}
+
+
+def not_as_nodes(document: Document, nodes: Collection[int]) -> set[int]:
     """Those of some nodes with instances of which more is said than nodes could say."""
-    return {index for index in nodes if _beyond_places(document.root, index) is not None}
+    named = _named(document, nodes)
+    return {index for index in nodes if _beyond_places(document.root, index, named) is not None}
 
 
-def _beyond_places(root: Element, index: int) -> InputError | None:
+def _named(document: Document, nodes: Collection[int]) -> list[Naming]:
+    """What is said of meshes by the nodes that have them, if some of these have instances."""
+    elements = document.root.children("nodes")
+    placing = any(extension_of(elements[index], INSTANCING) for index in nodes)
+    return meshes_of_nodes_named(document.root) if placing else []
+
+
+def _beyond_places(root: Element, index: int, named: list[Naming]) -> InputError | None:
     """What a node says of its instances besides where they are, as the reason not to lose it."""
     node = root.children("nodes")[index]
     extension = extension_of(node, INSTANCING)
@@ -121,7 +139,8 @@ def _beyond_places(root: Element, index: int) -> InputError | None:
         *((name, attributes.place(name)) for name in attributes.value if name not in _KINDS),
         *((name, extension.place(name)) for name in extension.value if name != "attributes"),
         *((name, node.place("extensions")) for name in _others_about_instances(node)),
-        *(("weights", place) for place in _moved_weights(root, index)),
+        *_moved(root, index),
+        *((each.extension, each.place) for each in named if each.may_be(index)),
     ]
     if not said:
         return None
@@ -140,19 +159,19 @@ def _others_about_instances(node: Element) -> Iterator[str]:
             yield name
 
 
-def _moved_weights(root: Element, index: int) -> Iterator[str]:
-    """Where animations move the weights of a node's mesh, which would leave that node."""
-    pointer = f"/nodes/{index}/weights/"
+def _moved(root: Element, index: int) -> Iterator[tuple[str, str]]:
+    """What animations move of a node that would leave it: its mesh's weights, and instances."""
+    start = f"/nodes/{index}/"
+    left = {"weights": f"{start}weights/", INSTANCING: f"{start}extensions/{INSTANCING}/"}
     for animation in root.children("animations"):
         for channel in animation.children("channels"):
             target = channel.child("target")
             if target is None:
                 continue
-            general = extension_of(target, ANIMATION_POINTER)
-            named = (general and general.text("pointer")) or ""
-            of_node = target.value.get("node") == index and target.value.get("path") == "weights"
-            if of_node or f"{named}/".startswith(pointer):
-                yield target.pointer
+            if target.value.get("node") == index and target.value.get("path") == "weights":
+                yield "weights", target.pointer
+            named = f"{pointer_of(channel) or ''}/"
+            yield from ((name, target.pointer) for name in left if named.startswith(left[name]))
 
 
 def _drop_name(draft: Draft, document: Document) -> None:

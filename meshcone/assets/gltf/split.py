@@ -16,8 +16,11 @@ from meshcone.assets.gltf.draft import Draft
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.gltf.moving import Moving
 from meshcone.assets.gltf.overlaps import Marks, bystanders
+from meshcone.assets.gltf.references import animate_copy, meshes_named
+from meshcone.assets.gltf.scene import mesh_name
 from meshcone.assets.gltf.uses import accessor_uses, drawn_or_described
 from meshcone.assets.limits import Limits
+from meshcone.errors import InputError
 
 
 def split_shared(
@@ -33,7 +36,7 @@ def split_shared(
     every other node gets a copy of it. Then each attribute that is written gets bytes of its
     own, unless nothing else reads those it has, and an accessor of its own, unless nothing else
     uses the one it has. What nobody needs twice stays shared: indices, texture coordinates,
-    weights, morph targets.
+    weights, morph targets. Animations that move a mesh move its copies too.
 
     Args:
         document: the document.
@@ -46,7 +49,8 @@ def split_shared(
         The document and its buffers, or None if nothing is shared.
 
     Raises:
-        InputError: too many accessors read the same bytes.
+        InputError: too many accessors read the same bytes, or an extension says something of a
+            mesh by its number, which would not be said of its copies.
         LimitError: the copies are more than ``limits`` accept.
     """
     draft = Draft(document, accessors.buffers, limits)
@@ -118,7 +122,35 @@ def _copy_meshes(draft: Draft, document: Document, moving: Moving) -> dict[int, 
         appended = draft.append("meshes", value)
         meshes[moving_node] = _NodeMesh(moving_node, appended, value, element.pointer, is_copy=True)
         draft.put(("nodes", moving_node, "mesh"), appended)
+    _name_copies(
+        draft, document, [(mesh_of_node[m.node], m.index) for m in meshes.values() if m.is_copy]
+    )
     return meshes
+
+
+def _name_copies(draft: Draft, document: Document, copies: list[tuple[int, int]]) -> None:
+    """Say of copies what is said of their meshes by number.
+
+    Args:
+        draft: takes the changes.
+        document: the document.
+        copies: a mesh and a copy of it, for each copy.
+
+    Raises:
+        InputError: an extension names such a mesh.
+    """
+    named = meshes_named(document.root) if copies else []
+    for mesh, added in copies:
+        told = next((naming for naming in named if naming.may_be(mesh)), None)
+        if told is not None:
+            called = mesh_name(document.root.children("meshes"), mesh)
+            raise InputError(
+                f"'{told.extension[:80]}' names {called} by its number, and what it says would not "
+                "hold for the copies that some of its nodes need: give each node a mesh of its "
+                "own, leave them out with 'select', or remove it",
+                place=told.place,
+            )
+        animate_copy(draft, document.root, mesh, added)
 
 
 @dataclass(frozen=True)
