@@ -60,6 +60,34 @@ def noisy(mesh: Mesh, sigma: float, seed: int = 0) -> Mesh:
     return mesh.moved_to(mesh.vertices + noise)
 
 
+def closed_by_thin_faces(mesh: Mesh, *, turned: bool = False) -> Mesh:
+    """The same surface with bent edges halved on one side, and faces without area in the gaps.
+
+    Args:
+        mesh: closed; a face is halved at one of its edges at most.
+        turned: whether the faces without area run the other way round.
+    """
+    vertices, faces, thin = list(mesh.vertices), [list(face) for face in mesh.faces], []
+    owner = {
+        (int(face[k]), int(face[k - 2])): number
+        for number, face in enumerate(mesh.faces)
+        for k in range(3)
+    }
+    halved = set()
+    for (a, b), number in owner.items():
+        bent = mesh.face_normals[number] @ mesh.face_normals[owner[b, a]] < 0.9
+        if a > b or not bent or number in halved:
+            continue
+        halved.add(number)
+        [apex] = set(map(int, mesh.faces[number])) - {a, b}
+        middle = len(vertices)
+        vertices.append((vertices[a] + vertices[b]) / 2)
+        faces[number] = [a, middle, apex]
+        faces.append([middle, b, apex])
+        thin.append([middle, b, a] if turned else [middle, a, b])
+    return Mesh(np.array(vertices), np.array(faces + thin))
+
+
 def _grid_faces(rows: int, columns: int, *, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:
     i = np.arange(rows if wrap_rows else rows - 1)
     j = np.arange(columns if wrap_columns else columns - 1)

@@ -175,11 +175,15 @@ def _slivers(mesh: Mesh) -> int:
 
 
 def _dihedral_degrees(mesh: Mesh, uses: EdgeUses) -> Floats:
-    """(k,) angle by which two faces are bent at each edge where just two agree."""
-    first, second, _ = uses.manifold_pairs()
-    cosines = row_dot(mesh.face_normals[first], mesh.face_normals[second])
-    solid = (mesh.face_areas[first] > 0) & (mesh.face_areas[second] > 0)
-    return np.asarray(np.degrees(np.arccos(np.clip(cosines[solid], -1, 1))))
+    """(k,) angle by which two faces are bent at each edge where just two agree.
+
+    An edge that faces without a normal divide on one of its sides counts once.
+    """
+    met = uses.meetings()
+    cosines = row_dot(mesh.face_normals[met.first], mesh.face_normals[met.second])
+    least = np.ones(int(met.edges.max(initial=-1)) + 1)
+    np.minimum.at(least, met.edges, cosines)
+    return np.asarray(np.degrees(np.arccos(np.clip(least, -1, 1))))
 
 
 def _isolated(subject: Subject) -> int:

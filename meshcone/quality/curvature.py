@@ -34,18 +34,18 @@ class CurvatureField:
     def __init__(self, uses: EdgeUses) -> None:
         """Find the angle at each edge of exactly two faces that agree on what is outside.
 
-        Other edges count as flat: an angle between more or fewer faces, or between an outside
-        and an inside, has no meaning.
+        Faces without a normal are looked across. Other edges count as flat: an angle between
+        more or fewer faces, or between an outside and an inside, has no meaning.
         """
-        mesh = uses.mesh
-        first, second, ends = uses.manifold_pairs()
-        start, end = mesh.vertices[ends[:, 0]], mesh.vertices[ends[:, 1]]
+        normals, met = uses.mesh.face_normals, uses.meetings()
+        start, end = met.start, met.end
         lengths = row_lengths(end - start)
-        normal, other = mesh.face_normals[first], mesh.face_normals[second]
+        normal, other = normals[met.first], normals[met.second]
         directions = (end - start) / np.maximum(lengths, 1e-300)[:, None]
         angles = np.arctan2(row_dot(np.cross(normal, other), directions), row_dot(normal, other))
         bent = (angles != 0) & (lengths > 0)
-        tree = BoxTree.of(mesh.vertices, ends[bent][:, [0, 1, 1]])
+        ends = np.flatnonzero(bent)[:, None] + np.array([0, len(start), len(start)])
+        tree = BoxTree.of(np.concatenate([start, end]), ends)
         self._nodes = tree.spans, tree.children, tree.boxes
         order = np.flatnonzero(bent)[tree.order]
         self._middles = ((start + end) / 2)[order]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from meshcone.quality.thin_faces import Meetings, ThinFaces
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Ints
 
@@ -40,19 +42,30 @@ class EdgeUses:
         """Edges of two faces that both run along it in the same direction."""
         return int(np.count_nonzero((self.counts == 2) & (self.upward_counts != 1)))
 
-    def manifold_pairs(self) -> tuple[Ints, Ints, Ints]:
-        """Edges of two faces that agree on what is outside.
+    @cached_property
+    def thin_faces(self) -> ThinFaces:
+        """The faces that have no normal."""
+        return ThinFaces.of(self.mesh, _sides(self.mesh), self.side_edges)
 
-        Returns:
-            (k,) the face that runs along the edge upward, (k,) the other face, and (k, 2)
-            the edge's ends in the direction of the first.
+    def meetings(self) -> Meetings:
+        """Where two faces meet, at an edge of their own or across faces that have no normal.
+
+        At an edge the first is the face that runs along it upward.
         """
         usable = (self.counts == 2) & (self.upward_counts == 1)
         chosen = np.flatnonzero(usable[self.side_edges])
         ordered = chosen[np.lexsort((~self.upward[chosen], self.side_edges[chosen]))]
-        first, second = ordered[::2], ordered[1::2]
-        faces = len(self.mesh.faces)
-        return first % faces, second % faces, _sides(self.mesh)[first]
+        thin, across, count = self.thin_faces.thin, self.thin_faces.meetings(), len(self.mesh.faces)
+        either = thin[ordered[::2] % count] | thin[ordered[1::2] % count]
+        first, second = ordered[::2][~either], ordered[1::2][~either]
+        ends = self.mesh.vertices[_sides(self.mesh)[first]]
+        return Meetings(
+            np.concatenate([first % count, across.first]),
+            np.concatenate([second % count, across.second]),
+            np.concatenate([ends[:, 0], across.start]),
+            np.concatenate([ends[:, 1], across.end]),
+            np.concatenate([np.arange(len(first)), len(first) + across.edges]),
+        )
 
     @property
     def upward_counts(self) -> Ints:

@@ -9,7 +9,9 @@ import trimesh
 from meshcone.assets import read_asset
 from meshcone.auditing.asset import audit_asset
 from meshcone.files import MeshFile
+from meshcone.surface import Mesh
 from tests import shapes
+from tests.meshes import closed_by_thin_faces
 from tests.unit.auditing.squares import audit, audit_obj, one_square
 from tests.whole_asset import square, whole
 
@@ -63,6 +65,16 @@ def test_size_and_volume_are_those_that_trimesh_finds() -> None:
     assert found.geometry.area == pytest.approx(box.area)
     assert (found.size.origin_centred, found.size.origin_on_floor) == (False, True)
     assert (found.geometry.hard_edges, found.geometry.sharp_edges) == (12, 12)
+
+
+def test_edges_that_faces_without_area_close_count_as_those_of_the_surface() -> None:
+    box = trimesh.creation.box(extents=(1, 2, 3))
+    closed = closed_by_thin_faces(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
+
+    found = audit_obj(shapes.obj(closed.vertices, closed.faces)).geometry
+
+    assert found.degenerate_faces == np.count_nonzero(closed.face_areas == 0) > 0
+    assert (found.hard_edges, found.sharp_edges) == (12, 12)
 
 
 def test_a_root_that_moves_is_not_clean() -> None:
