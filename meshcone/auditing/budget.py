@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from meshcone.assets.content import Content
+from meshcone.assets.content import Content, Primitive
 from meshcone.assets.pictures import Picture
 from meshcone.auditing.records.budget import Budget
 from meshcone.auditing.subject import Subject
@@ -17,17 +17,16 @@ def budget_of(subject: Subject, pictures: tuple[Picture, ...]) -> Budget:
     drawn = {(draw.mesh, draw.primitive) for draw in content.draws}
     primitives = [content.meshes[mesh].primitives[number] for mesh, number in drawn]
     everywhere = [each for mesh in content.meshes for each in mesh.primitives]
-    placed = [content.meshes[draw.mesh].primitives[draw.primitive] for draw in content.draws]
     texels = [picture.texels for picture in pictures]
     return Budget(
         file_bytes=len(subject.file.data),
         total_bytes=len(subject.file.data) + sum(map(len, subject.file.resources.values())),
         buffer_bytes=content.buffer_bytes,
         image_bytes=_image_bytes([image.data for image in content.images]),
-        gpu_geometry_bytes=sum(primitive.gpu_bytes for primitive in primitives),
+        gpu_geometry_bytes=_geometry_bytes(primitives),
         gpu_texture_bytes=_texture_bytes(texels),
         triangles=len(subject.asset.triangles),
-        vertices=sum(primitive.vertices for primitive in placed),
+        vertices=_vertices(subject),
         draw_calls=len(content.draws) + content.other_draws,
         meshes=len(content.meshes),
         nodes=len(content.nodes),
@@ -44,6 +43,21 @@ def budget_of(subject: Subject, pictures: tuple[Picture, ...]) -> Budget:
         extensions_used=content.extensions_used,
         extensions_required=content.extensions_required,
     )
+
+
+def _geometry_bytes(primitives: list[Primitive]) -> int:
+    shared = {number: size for each in primitives for number, size in each.gpu_bytes.items()}
+    shared.pop(-1, None)
+    return sum(shared.values()) + sum(each.gpu_bytes.get(-1, 0) for each in primitives)
+
+
+def _vertices(subject: Subject) -> int:
+    """At every node; primitives of a mesh that share vertices have them once."""
+    content = subject.content
+    if content.stored is not None:
+        return len(content.stored)
+    meshes = content.meshes
+    return sum(meshes[draw.mesh].primitives[draw.primitive].vertices for draw in content.draws)
 
 
 def _image_bytes(images: list[bytes | None]) -> int | None:

@@ -55,13 +55,18 @@ class InputRecord(_Record):
         default_factory=dict, description="SHA-256 of each file that was sent with it, by name"
     )
     bytes: int = Field(description="size of the file")
-    vertices: int = Field(description="as the file stores them, split at seams")
+    vertices: int = Field(
+        description="as the file stores them, split at seams; instances counted each time"
+    )
     welded_vertices: int = Field(description="distinct positions some face uses")
     faces: int = Field(
-        description="triangles, as the file lists them; those without area among them"
+        description="triangles, as the file lists them; those without area among them, instances "
+        "counted each time"
     )
-    polygons: int = Field(description="faces as the file stores them")
-    meshes: int = Field(description="meshes that the file has, in an OBJ objects")
+    polygons: int = Field(description="faces as the file stores them; instances counted each time")
+    meshes: int = Field(
+        description="meshes that are drawn, at every node that places them; in an OBJ objects"
+    )
     materials: int = Field(description="materials that its faces name")
     validity: Validity
 

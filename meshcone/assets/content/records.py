@@ -150,7 +150,8 @@ class Primitive:
         vertices: how many the file stores for it.
         attributes: their names, in glTF's words (``TEXCOORD_0``).
         targets: how many morph targets it has.
-        gpu_bytes: attributes and indices as stored, without morph targets.
+        gpu_bytes: of attributes and indices as stored, without morph targets, by a number that
+            those have in common which are the same for several primitives; -1 for its own.
         variants: what it has in the file's variants: the variant's name and a material's index.
         undefined: whether it names a material that the file does not have.
     """
@@ -160,7 +161,7 @@ class Primitive:
     vertices: int
     attributes: tuple[str, ...]
     targets: int = 0
-    gpu_bytes: int = 0
+    gpu_bytes: Mapping[int, int] = field(default_factory=dict)
     variants: tuple[tuple[str, int], ...] = ()
     undefined: bool = False
 

@@ -26,7 +26,7 @@ def one_mesh(triangles: Ints, carried: Carried) -> Content:
         "triangles",
         vertices,
         ("POSITION", *carried.names),
-        gpu_bytes=vertices * _FLOAT * (3 + carried.width) + triangles.size * index_bytes,
+        gpu_bytes={-1: vertices * _FLOAT * (3 + carried.width) + triangles.size * index_bytes},
     )
     rows = np.arange(len(triangles))
     draw = Draw(0, 0, 0, None, rows, carried.attributes, others=carried.others)

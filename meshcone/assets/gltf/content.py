@@ -199,14 +199,14 @@ class _Reader:
                 if material is not None:
                     yield self._variants[number], material
 
-    def _stored_bytes(self, primitive: Lenient, attributes: Lenient | None) -> int:
+    def _stored_bytes(self, primitive: Lenient, attributes: Lenient | None) -> dict[int, int]:
         named = [(attributes, name) for name in attributes.members()] if attributes else []
         count = len(self._accessors.elements)
         indices = [
             holder.reference(name, count, "accessor")
             for holder, name in [*named, (primitive, "indices")]
         ]
-        return sum(self._size(index) for index in indices if index is not None)
+        return {index: self._size(index) for index in indices if index is not None}
 
     def _size(self, accessor: int) -> int:
         described = Lenient(self._accessors.elements[accessor], self._faults).attempt(

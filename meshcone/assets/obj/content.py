@@ -183,7 +183,7 @@ def _primitive(
         mode="triangles",
         vertices=vertices,
         attributes=tuple(sorted(("POSITION", *names))),
-        gpu_bytes=vertices * vertex_bytes + len(combined) * index_bytes,
+        gpu_bytes={-1: vertices * vertex_bytes + len(combined) * index_bytes},
     )
 
 

@@ -18,14 +18,18 @@ class Budget(Section):
         "sent or cannot be had"
     )
     gpu_geometry_bytes: int = Field(
-        description="vertex attributes and indices of every mesh that is drawn, as stored"
+        description="vertex attributes and indices of every mesh that is drawn, as stored; those "
+        "that primitives share once"
     )
     gpu_texture_bytes: int | None = Field(
         description="all images as four bytes a texel with mip levels; null where the size of "
         "one could not be read"
     )
     triangles: int = Field(description="drawn, instances counted each time")
-    vertices: int = Field(description="drawn, split at seams as a GPU needs them")
+    vertices: int = Field(
+        description="drawn, split at seams as a GPU needs them, instances counted each time; those "
+        "that primitives of a mesh share once"
+    )
     draw_calls: int = Field(description="primitives drawn, at every node that places them")
     meshes: int = Field(description="meshes that the file has")
     nodes: int = Field(description="nodes that the file has")

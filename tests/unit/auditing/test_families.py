@@ -13,7 +13,7 @@ from meshcone.surface import Mesh
 from tests import shapes
 from tests.meshes import closed_by_thin_faces
 from tests.unit.auditing.squares import audit, audit_obj, one_square
-from tests.whole_asset import square, whole
+from tests.whole_asset import SQUARE_FACES, square, whole
 
 
 def test_a_budget_counts_what_is_drawn_and_what_is_listed() -> None:
@@ -41,6 +41,19 @@ def test_instances_are_counted_each_time() -> None:
 
     assert (found.triangles, found.draw_calls) == (4, 2)
     assert found.gpu_geometry_bytes == 4 * 32 + 12
+
+
+def test_what_primitives_share_is_counted_once() -> None:
+    document = one_square()
+    [whole_one] = document.json["meshes"][0]["primitives"]
+    halves = [document.accessor(corners.reshape(-1, 1)) for corners in SQUARE_FACES]
+    document.json["meshes"][0]["primitives"] = [{**whole_one, "indices": half} for half in halves]
+
+    found = audit(document).budget
+
+    assert (found.vertices, found.draw_calls) == (4, 2)
+    # Positions, normals and coordinates of 4 vertices, and 6 indices.
+    assert found.gpu_geometry_bytes == 4 * (12 + 12 + 8) + 6 * 2
 
 
 def test_an_obj_and_its_glb_have_the_same_counts() -> None:
