@@ -54,17 +54,17 @@ def with_animations(*names: str) -> MeshFile:
 
 
 def test_a_small_volume_is_not_rounding() -> None:
-    """A cube of 0.9 mm that is inside out, in metres."""
+    """A cube of 0.9 mm, in metres."""
     corners = [(x, y, z) for x in (0, 9e-4) for y in (0, 9e-4) for z in (0, 9e-4)]
     faces = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"]
     lines = [f"v {x} {y} {z}" for x, y, z in corners]
-    lines += ["f " + " ".join(reversed(face.split())) for face in faces]
-    options = parse_options({"mode": "audit", "gates": {"asset.geometry.volume": {"min": 0}}})
+    lines += [f"f {face}" for face in faces]
+    options = parse_options({"mode": "audit", "gates": {"asset.geometry.volume": {"max": 0}}})
 
     verdict = audit(MeshFile("cube.obj", "\n".join(lines).encode()), None, options).gates
 
     assert verdict is not None
-    assert verdict.checks[0].value == pytest.approx(-7.29e-10)
+    assert verdict.checks[0].value == pytest.approx(7.29e-10)
     assert verdict.verdict == "fail"
 
 
