@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypeVar
 
 from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.places import is_file, reason
-from meshcone.relative_names import from_uri, inside
+from meshcone.relative_names import from_uri, inside, sent_as
 from meshcone.text import BYTE_ORDER_MARK, words_of
 
 _BEGINNING = 1024  # bytes; white space before a document is short
 _BINARY = b"glTF"
 _CHUNK_AT = 20  # bytes from the start of a GLB to the data of its first chunk
 _LIBRARY = re.compile(rb"mtllib[ \t]+([^\r\n]*)")
+_MOST_NAMED = 10  # files in one sentence
+
+T = TypeVar("T")
 
 
 def read_local(path: Path, also: str | None = None) -> MeshFile:
@@ -77,6 +80,33 @@ def names_beside(data: bytes) -> Iterator[str]:
     return filter(None, map(from_uri, _uris(_document(data))))
 
 
+def left_behind(source: MeshFile, written: bytes, place: Path) -> str | None:
+    """What to tell of files that a written mesh names and that do not stand beside it as sent.
+
+    Args:
+        source: the mesh that was sent, and the files it came with.
+        written: the mesh that was made of it.
+        place: where that was written.
+
+    Returns:
+        A sentence; None where every file is there, or the mesh went into a device or a pipe.
+    """
+    if not place.is_file():
+        return None
+    named = _sent_with(source, written)
+    missing = [
+        n for n, sent in named.items() if not _holds(place.parent / n, source.resources[sent])
+    ]
+    if not missing:
+        return None
+    listed = ", ".join(missing[:_MOST_NAMED])
+    more = f" and {len(missing) - _MOST_NAMED:,} more" if len(missing) > _MOST_NAMED else ""
+    return (
+        f"{place} needs files that came with {source.name} and are not beside it, or are others "
+        f"there: {listed}{more}"
+    )
+
+
 def read_bytes(path: Path) -> bytes:
     """Read a file.
 
@@ -91,22 +121,47 @@ def read_bytes(path: Path) -> bytes:
 
 def _beside(path: Path, data: bytes) -> dict[str, Path]:
     """The files that are there, by the names within the mesh's folder that it has for them."""
+
+    def existing(names: Iterable[str]) -> dict[str, Path]:
+        return _existing(path.parent, names)
+
     if path.suffix.lower() == ".obj":
-        return _beside_obj(path.parent, data)
-    return _existing(path.parent, names_beside(data))
+        return _named_by_obj(data, existing, read_bytes)
+    return existing(names_beside(data))
 
 
-def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:
-    """Material libraries, and the images that they name from where they are."""
-    libraries = _existing(folder, [n for words in _libraries(data) for n in _possible(words)])
-    images: dict[str, Path] = {}
+def _sent_with(source: MeshFile, data: bytes) -> dict[str, str]:
+    """The files that a mesh came with and names, by the names that it has for them."""
+    sent = source.resources
+
+    def existing(names: Iterable[str]) -> dict[str, str]:
+        found = {name: sent_as(name, sent) for name in filter(None, map(inside, names))}
+        return {name: key for name, key in found.items() if key is not None}
+
+    if source.name.lower().endswith(".obj"):
+        return _named_by_obj(data, existing, sent.__getitem__)
+    return existing(names_beside(data))
+
+
+def _named_by_obj(
+    data: bytes, existing: Callable[[Iterable[str]], dict[str, T]], read: Callable[[T], bytes]
+) -> dict[str, T]:
+    """Material libraries, and the images that they name from where they are.
+
+    Args:
+        data: the OBJ.
+        existing: where files are, those of some names that are there.
+        read: gives the bytes of one.
+    """
+    libraries = existing(n for words in _libraries(data) for n in _possible(words))
+    images: dict[str, T] = {}
     for name, place in libraries.items():
         within = PurePosixPath(name).parent
-        for image in _named_images(read_bytes(place)):
+        for image in _named_images(read(place)):
             # A path of the machine that wrote it says no more than its last part.
             last = image.replace("\\", "/").rpartition("/")[2]
             for each in (f"{within}/{image}", image, f"{within}/{last}"):
-                found = _existing(folder, [each])
+                found = existing([each])
                 images |= found
                 if found:
                     break
@@ -116,6 +171,14 @@ def _beside_obj(folder: Path, data: bytes) -> dict[str, Path]:
 def _existing(folder: Path, names: Iterable[str]) -> dict[str, Path]:
     places = {name: folder / name for name in filter(None, map(inside, names))}
     return {name: place for name, place in places.items() if is_file(place)}
+
+
+def _holds(place: Path, data: bytes) -> bool:
+    """Whether a file is there and has these bytes."""
+    try:
+        return place.stat().st_size == len(data) and place.read_bytes() == data
+    except OSError:
+        return False
 
 
 def _named_images(library: bytes) -> Iterable[str]:

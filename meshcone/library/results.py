@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from meshcone.gates.records import GateCheck, GateVerdict, Status
 from meshcone.gates.words import label
 from meshcone.library.inputs import LoadedMesh, MeshHolder
+from meshcone.local_files import left_behind
 from meshcone.outputs import (
     certificate_path,
     certificate_place,
@@ -154,6 +156,9 @@ class Refined(MeshHolder):
     ) -> None:
         """Write the refined file; either all files that are asked for are written or none.
 
+        Buffers, images and material libraries that the file names are not written. Where they do
+        not stand beside it as they came with the source, a ``UserWarning`` says which.
+
         Args:
             path: where to; its name ends as the source's does.
             report: where to write the report, as JSON, with its certificate beside it.
@@ -162,6 +167,18 @@ class Refined(MeshHolder):
         Raises:
             InputError: a place cannot be written, or is that of an input.
         """
+        told = self.write(path, report=report, html=html)
+        if told is not None:
+            warnings.warn(told, stacklevel=2)
+
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        report: str | os.PathLike[str] | None = None,
+        html: str | os.PathLike[str] | None = None,
+    ) -> str | None:
+        """Do what :meth:`save` does, and return in place of a warning what there is to tell."""
         out = Path(path)
         report_path = None if report is None else Path(report)
         html_path = None if html is None else Path(html)
@@ -175,6 +192,7 @@ class Refined(MeshHolder):
             report_name = None if report_path is None else report_path.name
             contents[html_path] = self._page(out.name, report_name)
         write_together(contents)
+        return left_behind(self.source, self.data, out)
 
     def __repr__(self) -> str:
         pair = f"{self.source.name} → {self.reference.name}"

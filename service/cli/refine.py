@@ -88,11 +88,11 @@ def command(
         refined = refine_loaded(
             source_file, reference_file, options, progress=show, processes=processes
         )
-    refined.save(out, report=report, html=html)
+    left = refined.write(out, report=report, html=html)
     done = refined.report
     if done.statement is not None and not quiet:
         tell(done.statement)
-    for warning in done.warnings:
+    for warning in [*done.warnings, *([left] if left else [])]:
         tell(f"warning        {warning}", err=True)
     short = missed(done.model_dump(mode="json", include=set(MISSED_SECTIONS)))
     for line in short.lines:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, overload
 
@@ -10,7 +10,7 @@ import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
 from meshcone.json_text import DuplicateNameError, parse_json
-from meshcone.local_files import files_of, read_bytes, read_local
+from meshcone.local_files import files_of, left_behind, read_bytes, read_local
 from meshcone.outputs import (
     certificate_path,
     certificate_place,
@@ -189,9 +189,22 @@ def command(
         except httpx2.HTTPError as error:
             raise no_answer(error) from None
     write_together(contents)
+    _tell_left_behind(source_file, out, contents)
     for line in short.lines:
         tell(line, err=True)
     return _NOT_REACHED if short.failed else 0
+
+
+def _tell_left_behind(
+    source: MeshFile | LinkedFile, out: Path | None, written: Mapping[Path, bytes]
+) -> None:
+    """Tell which files that were sent from here the mesh needs where it was written."""
+    from meshcone.files import MeshFile
+
+    if out is not None and isinstance(source, MeshFile):
+        told = left_behind(source, written[out], out)
+        if told is not None:
+            tell(f"warning        {told}", err=True)
 
 
 def _submit_batch(file: Path, server: str, report: Path | None) -> int:

@@ -90,7 +90,7 @@ class BufferEditor:
         """The document with new bounds and with changed buffers that are not the BIN chunk.
 
         A changed buffer that was a file of its own moves into the document, so that the
-        result is one file.
+        bytes under its name stay those that others may read.
         """
         replacements: dict[Path, str] = {}
         for accessor in self._changed_accessors():
