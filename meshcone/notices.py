@@ -161,6 +161,11 @@ class Code(StrEnum):
         "writing.together",
         "writing moves shared data once, because all nodes that share them agree",
     )
+    WRITING_STORAGE = (
+        "writing.storage",
+        "writing stores data in another type, in full in place of sparse, or within the document "
+        "in place of a file",
+    )
     WRITING_SELECTED = "writing.selected", "a selection leaves a part of the source as it is"
     WRITING_WEIGHTS = (
         "writing.weights",

@@ -27,7 +27,7 @@ from meshcone.assets.gltf.extensions import check_untouched
 from meshcone.assets.gltf.instancing import as_nodes, not_as_nodes
 from meshcone.assets.gltf.model import Model, write_file
 from meshcone.assets.gltf.moving import Moving
-from meshcone.assets.gltf.notices import miscounted_notices
+from meshcone.assets.gltf.notices import miscounted_notices, storage_notices
 from meshcone.assets.gltf.overlaps import unreadable
 from meshcone.assets.gltf.ownership import check_ownership
 from meshcone.assets.gltf.references import meshes_named
@@ -174,7 +174,7 @@ class GltfAsset(Asset):
         elif policy.instances == "auto" and self._shared(policy):
             words = "meshes that several nodes share were moved once, for every node agrees"
             told.append(Notice(Code.WRITING_TOGETHER, words))
-        return tuple(told)
+        return (*told, *storage_notices(before, after))
 
     def _shared(self, policy: WritePolicy) -> bool:
         """Whether something that may move is used more than once."""
@@ -285,7 +285,9 @@ class GltfAsset(Asset):
         if self._model.expanded:
             words = "what is compressed with meshopt is written as plain buffers"
             told.append(Notice(Code.WRITING_MESHOPT, words))
-        lost = divide_primitives(self._model, self._surface, subdivision).lost
+        divided = divide_primitives(self._model, self._surface, subdivision)
+        told += storage_notices(self._model.document.root, divided.document.root)
+        lost = divided.lost
         if lost > _LOST:
             words = f"at new vertices up to {lost:.1%} of the skin weights had no room for a joint"
             told.append(Notice(Code.WRITING_WEIGHTS, f"{words}; the others were scaled up"))

@@ -14,6 +14,15 @@ from meshcone.notices import Code, Notice
 
 _OTHER_SCENES = "not the default: not read, and left as {it is|they are}; see the option scene"
 _GATHERED = "skinned: {its|their} instances are not read, and left as they are"
+_NAMED = 3  # of a list in a sentence
+_TYPES: dict[object, str] = {
+    5120: "BYTE",
+    5121: "UNSIGNED_BYTE",
+    5122: "SHORT",
+    5123: "UNSIGNED_SHORT",
+    5125: "UNSIGNED_INT",
+    5126: "FLOAT",
+}
 _LEFT = "not shown, not read, and left as {it is|they are}"
 
 
@@ -54,6 +63,47 @@ def miscounted_notices(accessors: Collection[Accessor]) -> tuple[Notice, ...]:
     first = min(accessors, key=lambda accessor: accessor.index)
     others = f" and {len(accessors) - 1:,} more" if len(accessors) > 1 else ""
     return (Notice(Code.ACCESSORS_COUNT, f"accessor {first.index}{others}: {words}"),)
+
+
+def storage_notices(before: Element, after: Element) -> Iterator[Notice]:
+    """What of a document is stored in another way in the one that was made of it.
+
+    Args:
+        before: the root of the document.
+        after: that of the other, which has all that was there under the same index.
+    """
+    accessors = list(zip(before.children("accessors"), after.children("accessors"), strict=False))
+    types = [
+        f"accessor {number} ({_TYPES.get(old, old)} to {_TYPES.get(new, new)})"
+        for number, (one, other) in enumerate(accessors)
+        if (old := one.value.get("componentType")) != (new := other.value.get("componentType"))
+    ]
+    full = [
+        f"accessor {number}"
+        for number, (one, other) in enumerate(accessors)
+        if "sparse" in one.value and "sparse" not in other.value
+    ]
+    buffers = zip(before.children("buffers"), after.children("buffers"), strict=False)
+    moved = [
+        f"'{uri[:60]}'"
+        for one, other in buffers
+        if (uri := _file_of(one)) is not None and _file_of(other) is None
+    ]
+    for found, words in (
+        (types, "stored in another type: {}"),
+        (full, "sparse, and stored in full: {}"),
+        (moved, "buffers that were files of their own, and are data in the document: {}"),
+    ):
+        if found:
+            more = f" and {len(found) - _NAMED:,} more" if len(found) > _NAMED else ""
+            listed = ", ".join(found[:_NAMED]) + more
+            yield Notice(Code.WRITING_STORAGE, words.format(listed))
+
+
+def _file_of(buffer: Element) -> str | None:
+    """The URI of a buffer that is a file of its own."""
+    uri = buffer.text("uri")
+    return None if uri is None or uri[:5].lower() == "data:" else uri
 
 
 def _notices(document: Document, found: Findings) -> Iterator[Notice]:
