@@ -47,7 +47,7 @@ class Contacts:
         """
         if not len(self.vertices):
             return np.zeros(0, dtype=bool), np.zeros(0)
-        _, gaps = _nearest(positions[self.vertices], positions[self.edges])
+        _, gaps = nearest_on_edges(positions[self.vertices], positions[self.edges])
         return gaps > self.gaps + GAP, gaps
 
     def touching(self, which: Bools) -> Ints:
@@ -73,7 +73,7 @@ def border_contacts(mesh: Mesh, most_pairs: int, sides: Bools | None = None) -> 
     vertices, edges = _close_pairs(mesh, ends, lengths, most_pairs)
     own = (ends[edges] == vertices[:, None]).any(axis=1) | (opposite[edges] == vertices)
     vertices, edges = vertices[~own], edges[~own]
-    shares, gaps = _nearest(mesh.vertices[vertices], mesh.vertices[ends[edges]])
+    shares, gaps = nearest_on_edges(mesh.vertices[vertices], mesh.vertices[ends[edges]])
     allowed = np.minimum(GAP, GAP_OVER_EDGE * np.minimum(lengths[edges], shortest[vertices]))
     kept = gaps <= allowed
     vertices, edges, shares, allowed = (a[kept] for a in (vertices, edges, shares, allowed))
@@ -96,7 +96,7 @@ def _close_pairs(mesh: Mesh, ends: Ints, lengths: Floats, most_pairs: int) -> tu
     return vertices, edges
 
 
-def _nearest(points: Floats, edges: Floats) -> tuple[Floats, Floats]:
+def nearest_on_edges(points: Floats, edges: Floats) -> tuple[Floats, Floats]:
     """Return where on (k, 2, 3) edges (k, 3) points are nearest, as a share, and how far away."""
     start, along = edges[:, 0], edges[:, 1] - edges[:, 0]
     length = np.maximum(row_dot(along, along), 1e-300)

@@ -5,19 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
+from meshcone.quality.contacts import GAP, GAP_OVER_EDGE, nearest_on_edges
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Floats, Ints, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Ints
 from meshcone.surface.box_tree import BoxTree
-
-# Relative to the reference's radius.
-_WIDEST = 1e-4
 
 
 def count_cracks(mesh: Mesh, most_pairs: int) -> int | None:
     """Count the edges of open borders that run within 1e-4 of the radius of another border.
 
-    An edge counts if its middle is that near to an edge with which it shares no vertex. The
-    borders need not have their vertices in the same places.
+    An edge counts if its middle is that near to an edge with which it shares no vertex, or which
+    leaves a shared one in the same direction. The borders need not have their vertices in the same
+    places.
 
     Args:
         mesh: in the reference's frame, where its radius is 1.
@@ -28,23 +27,34 @@ def count_cracks(mesh: Mesh, most_pairs: int) -> int | None:
     """
     sides = mesh.border_sides
     ends = np.stack([mesh.faces[sides], np.roll(mesh.faces, -1, axis=1)[sides]], axis=1)
-    corners = mesh.vertices[ends]
+    faces, corners = np.nonzero(sides)[0], mesh.vertices[ends]
     cracked = np.zeros(len(ends), dtype=bool)
     tree = BoxTree.of(mesh.vertices, ends[:, [0, 1, 1]])
     try:
-        for first, second in overlapping_pairs(tree, most_pairs, within=_WIDEST):
-            apart = ~(ends[first][:, :, None] == ends[second][:, None, :]).any(axis=(1, 2))
-            for one, other in ((first[apart], second[apart]), (second[apart], first[apart])):
-                cracked[one[_distances(corners, one, other) <= _WIDEST]] = True
+        for pair in overlapping_pairs(tree, most_pairs, within=GAP):
+            first, second = (edges[_of_two_borders(mesh, ends, faces, *pair)] for edges in pair)
+            for one, other in ((first, second), (second, first)):
+                middles = corners[one].mean(axis=1)
+                cracked[one[nearest_on_edges(middles, corners[other])[1] <= GAP]] = True
     except TooManyPairsError:
         return None
     return int(np.count_nonzero(cracked))
 
 
-def _distances(corners: Floats, edges: Ints, others: Ints) -> Floats:
-    """Return the distance of the middles of edges from other edges, (k,)."""
-    middles = corners[edges].mean(axis=1)
-    start, along = corners[others, 0], corners[others, 1] - corners[others, 0]
-    length = np.maximum(row_dot(along, along), 1e-300)
-    share = np.clip(row_dot(middles - start, along) / length, 0, 1)
-    return row_lengths(middles - start - share[:, None] * along)
+def _of_two_borders(mesh: Mesh, ends: Ints, faces: Ints, first: Ints, second: Ints) -> Bools:
+    """Tell which pairs of border edges do not simply follow each other on one border, (k,).
+
+    Edges that share a vertex follow each other there, unless the shorter one lies along the
+    other: then the two sides of a seam meet in that vertex.
+    """
+    apart: Bools = ~(ends[first][:, :, None] == ends[second][:, None, :]).any(axis=(1, 2))
+    meeting = np.flatnonzero(~apart & (faces[first] != faces[second]))
+    pairs = np.stack([first[meeting], second[meeting]])
+    along = mesh.vertices[ends[pairs]]
+    lengths = np.linalg.norm(along[..., 1, :] - along[..., 0, :], axis=-1)
+    short, long = np.take_along_axis(pairs, lengths.argsort(axis=0), axis=0)
+    starts_there = (ends[short, :1] == ends[long]).any(axis=1)
+    far = np.where(starts_there, ends[short, 1], ends[short, 0])
+    _, away = nearest_on_edges(mesh.vertices[far], mesh.vertices[ends[long]])
+    apart[meeting] = away <= np.minimum(GAP, GAP_OVER_EDGE * lengths.min(axis=0))
+    return apart

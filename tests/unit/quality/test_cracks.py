@@ -7,7 +7,7 @@ import pytest
 
 from meshcone.quality.cracks import count_cracks
 from meshcone.surface import Mesh
-from tests.meshes import sheet, sphere
+from tests.meshes import joined_halves, sheet, sphere
 
 PAIRS = 100_000
 
@@ -33,6 +33,27 @@ def test_borders_farther_apart_do_not(gap: float) -> None:
 
 def test_borders_divided_otherwise_count_all_the_same() -> None:
     assert count_cracks(halves(1e-5, left=6, right=15), PAIRS) == 6 + 15
+
+
+@pytest.mark.parametrize(("left", "right"), [(4, 8), (4, 16), (4, 6), (3, 9), (1, 2)])
+def test_borders_that_share_the_vertices_they_have_in_common_count_as_well(
+    left: int, right: int
+) -> None:
+    assert count_cracks(joined_halves(left, right), PAIRS) == left + right
+
+
+def test_a_needle_at_a_border_is_no_crack() -> None:
+    needle = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [1, 9e-5, 0]]), np.array([[0, 1, 2]]))
+
+    assert count_cracks(needle, PAIRS) == 0
+
+
+@pytest.mark.parametrize(("width", "count"), [(5e-5, 2), (0.01, 0)])
+def test_the_sides_of_a_slit_count_to_its_very_end(width: float, count: int) -> None:
+    vertices = [[0, 0, 0], [1, -width / 2, 0], [1, width / 2, 0], [0, -1, 0], [0, 1, 0]]
+    mesh = Mesh(np.array(vertices, dtype=float), np.array([[0, 3, 1], [0, 2, 4]]))
+
+    assert count_cracks(mesh, PAIRS) == count
 
 
 @pytest.mark.parametrize("mesh", [sphere(2), sheet(5, 5)], ids=["closed", "one border"])
