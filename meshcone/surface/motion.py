@@ -19,10 +19,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from meshcone.surface.arrays import Floats, row_dot
+from meshcone.surface.arrays import Floats
 from meshcone.surface.closest import SurfaceTree
 from meshcone.surface.mesh import Mesh
-from meshcone.surface.registration import Registration
+from meshcone.surface.moments import Moments
+from meshcone.surface.registration import Registration, turns_inside_out
 from meshcone.surface.sampling import SurfaceSamples, sample_surface
 from meshcone.surface.similarity import invert, scale_of, similarity, transform_points
 
@@ -39,9 +40,6 @@ _EXACT = 1e-3
 # The motion must leave no more than this share of the mean distance.
 _LEFT = 0.1
 _PROMISING = 0.5
-# Thin and double shapes, and noise, turn some normals around; where more of them oppose each
-# other, the outside of one is the other's inside.
-_OPPOSED = 0.6
 
 
 @dataclass(frozen=True)
@@ -109,16 +107,8 @@ class MotionSearch:
         linear = matrix[:3, :3] / scale_of(matrix)
         turned = bool(np.abs(linear - np.eye(3)).max() > _NOTHING)
         mirrored = bool(np.linalg.det(linear) < 0)
-        return turned, self._opposed(matrix), mirrored, _plainness(linear)
-
-    def _opposed(self, matrix: Floats) -> bool:
-        """Whether the moved source's outside is the reference's inside."""
-        samples = self._source_samples
-        closest = self._reference_tree.closest(transform_points(matrix, samples.points[:_FEW]))
-        # What is outside stays outside after mirroring too.
-        normals = samples.normals[:_FEW] @ matrix[:3, :3].T
-        there = self._reference.face_normals[closest.faces]
-        return bool(np.mean(row_dot(normals, there) < 0) > _OPPOSED)
+        opposed = turns_inside_out(matrix, self._source_samples, self._reference_tree)
+        return turned, opposed, mirrored, _plainness(linear)
 
     def _accepted(self, matrix: Floats, before: float) -> Motion | None:
         distances = self._distances(matrix)
@@ -188,8 +178,8 @@ class MotionSearch:
         return Registration(self._source, self._reference, _SEED)
 
     @cached_property
-    def _moments(self) -> tuple[_Moments, _Moments]:
-        return _Moments.of(self._source), _Moments.of(self._reference)
+    def _moments(self) -> tuple[Moments, Moments]:
+        return Moments.of(self._source), Moments.of(self._reference)
 
     def _same_moments(self) -> bool:
         source, reference = self._moments
@@ -218,28 +208,6 @@ class MotionSearch:
             for sign in (1.0, -1.0)
         ]
         return [*right_angles, *mirrored, *principal, *single]
-
-
-@dataclass(frozen=True)
-class _Moments:
-    """Of a surface's area: centre (3,), principal second moments (3,) ascending, axes (3, 3)."""
-
-    centre: Floats
-    principal: Floats
-    axes: Floats
-
-    @staticmethod
-    def of(mesh: Mesh) -> _Moments:
-        areas = mesh.face_areas / mesh.face_areas.sum()
-        corners = mesh.corners
-        middles = corners.mean(axis=1)
-        centre = areas @ middles
-        # ∫ x xᵀ over a triangle is area/12 (Σ pᵢ pᵢᵀ + 9 m mᵀ), with corners pᵢ and mean m.
-        corners, middles = corners - centre, middles - centre
-        second = np.einsum("f,fij,fik->jk", areas, corners, corners)
-        second += 9 * (middles * areas[:, None]).T @ middles
-        principal, axes = np.linalg.eigh(second / 12)
-        return _Moments(centre, np.maximum(principal, 0), axes)
 
 
 def _some_vertices(mesh: Mesh) -> Floats:

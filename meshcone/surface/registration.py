@@ -18,10 +18,11 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from meshcone.deadline import require_time
-from meshcone.surface.arrays import Floats, row_lengths
+from meshcone.surface.arrays import Floats, row_dot, row_lengths
 from meshcone.surface.closest import SurfaceTree
 from meshcone.surface.mesh import Mesh
-from meshcone.surface.sampling import sample_surface
+from meshcone.surface.moments import Moments
+from meshcone.surface.sampling import SurfaceSamples, sample_surface
 from meshcone.surface.similarity import invert, scale_of, similarity, transform_points
 
 _SAMPLES = 1500
@@ -40,6 +41,12 @@ _CUT_OFF = 0.1
 # reference's radius, keeps a perfect fit from discarding all matches but the exact ones.
 _REACH_IN_MEDIANS = 3.0
 _REACH_FLOOR = 1e-3
+# A fit is as good as another up to so much of it, and of the reference's radius.
+_NEARLY, _NEARLY_FLOOR = 1.1, 1e-4
+# Thin and double shapes, and noise, turn some normals around; where more of them oppose each
+# other, the outside of one is the other's inside. A few samples tell.
+_OPPOSED = 0.6
+_FEW = 32
 # Some pull along the tangent plane keeps the steps bounded on symmetric shapes.
 _TANGENTIAL = 0.03
 
@@ -118,11 +125,33 @@ class Registration:
         ]
         best = min(tried, key=lambda matrix: self.matches(matrix, _COARSE_SAMPLES).misfit())
         finished = self._step(best, _FINE_ITERATIONS, _SAMPLES, scaled=scaled)
+        if turns_inside_out(finished, self._source, self._reference_tree):
+            finished = self._less_turned(finished, scaled=scaled)
         return min([np.eye(4), finished], key=lambda matrix: self.matches(matrix).misfit())
 
     def finished(self, start: Floats) -> Floats:
         """Bring a (4, 4) similarity, which may mirror, from near the best fit to it."""
         return self._step(start, _TRIAL_ITERATIONS, _COARSE_SAMPLES, scaled=True)
+
+    def _less_turned(self, found: Floats, *, scaled: bool) -> Floats:
+        """Of a fit that turns over what is symmetric, one as good that turns less and not over.
+
+        A tilted sheet fits after it is turned back, and after it is turned on and over.
+        """
+        moments = Moments.of(self._reference_tree.mesh)
+        right_angles = Rotation.create_group("O").as_matrix()
+        turns = (*right_angles, *(moments.axes @ right_angles @ moments.axes.T))
+        others = [similarity(turn, 1.0, moments.centre, moments.centre) @ found for turn in turns]
+        others.sort(key=_turn)
+        misfit = self.matches(found, _COARSE_SAMPLES).misfit()
+        for other in others:
+            if _turn(other) >= _turn(found):
+                break
+            if turns_inside_out(other, self._source, self._reference_tree):
+                continue
+            if self.matches(other, _COARSE_SAMPLES).misfit() <= _NEARLY * misfit + _NEARLY_FLOOR:
+                return self._step(other, _TRIAL_ITERATIONS, _SAMPLES, scaled=scaled)
+        return found
 
     def _coarse(self, *, scaled: bool) -> list[Floats]:
         import trimesh  # half a second to import, and only this needs it
@@ -179,6 +208,25 @@ class Registration:
             if np.abs(step - np.eye(4)).max() < _SETTLED:
                 break
         return matrix
+
+
+def turns_inside_out(matrix: Floats, samples: SurfaceSamples, reference: SurfaceTree) -> bool:
+    """Whether a moved source's outside is the reference's inside.
+
+    Args:
+        matrix: (4, 4) similarity; what is outside stays outside after one that mirrors too.
+        samples: of the source.
+        reference: to which it is moved.
+    """
+    closest = reference.closest(transform_points(matrix, samples.points[:_FEW]))
+    normals = samples.normals[:_FEW] @ matrix[:3, :3].T
+    there = reference.mesh.face_normals[closest.faces]
+    return bool(np.mean(row_dot(normals, there) < 0) > _OPPOSED)
+
+
+def _turn(matrix: Floats) -> float:
+    """By how much a (4, 4) similarity turns: 0 for none, 2 for half a turn."""
+    return 1 - (float(np.trace(matrix[:3, :3])) / scale_of(matrix) - 1) / 2
 
 
 def _principal_axes(points: Floats) -> Floats:

@@ -97,6 +97,18 @@ def test_a_source_that_lacks_a_part_is_aligned_by_the_rest() -> None:
     assert residual(found, source, whole) < 1e-3
 
 
+@pytest.mark.parametrize("degrees", [2, 10, 25])
+def test_a_tilted_sheet_is_turned_back_and_not_on_and_over(degrees: int) -> None:
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0.0]])
+    sheet = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    tilt = Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.8, 0])).as_matrix()
+    source = Mesh(corners @ tilt.T, np.array([[1, 2, 3], [1, 3, 0]]))
+
+    found = align(source, sheet, "rigid", seed=0)
+
+    np.testing.assert_allclose(found.matrix[:3, :3], tilt.T, atol=5e-3)
+
+
 def test_a_mirror_image_is_never_the_answer() -> None:
     mirrored = pear().moved_to(pear().vertices * [-1.0, 1.0, 1.0])
 
