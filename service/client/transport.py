@@ -49,13 +49,16 @@ class ServiceError(Exception):
 class UnreadableAnswerError(httpx2.HTTPError):
     """What answered is no MeshCone service, or one of another version."""
 
-    def __init__(self, answer: httpx2.Response) -> None:
+    @classmethod
+    def of(cls, answer: httpx2.Response) -> UnreadableAnswerError:
+        """The error that it is to be answered so."""
         asked = answer.request
-        super().__init__(
+        error = cls(
             f"what came of {asked.method} {asked.url.path} with status {answer.status_code} is not "
             "an answer of a MeshCone service: look at what is at this address, such as a proxy"
         )
-        self.request = asked
+        error.request = asked
+        return error
 
 
 def parsed(model: type[_Model], answer: httpx2.Response) -> _Model:
@@ -67,7 +70,7 @@ def parsed(model: type[_Model], answer: httpx2.Response) -> _Model:
     try:
         return model.model_validate_json(answer.content)
     except ValidationError:
-        raise UnreadableAnswerError(answer) from None
+        raise UnreadableAnswerError.of(answer) from None
 
 
 def parsed_object(answer: httpx2.Response) -> dict[str, Any]:
@@ -79,9 +82,9 @@ def parsed_object(answer: httpx2.Response) -> dict[str, Any]:
     try:
         found = answer.json()
     except (ValueError, RecursionError):
-        raise UnreadableAnswerError(answer) from None
+        raise UnreadableAnswerError.of(answer) from None
     if not isinstance(found, dict):
-        raise UnreadableAnswerError(answer)
+        raise UnreadableAnswerError.of(answer)
     return found
 
 
@@ -128,7 +131,7 @@ class Transport:
         answer.raise_for_status()
         if answer.headers.get("content-type", "").startswith("text/html"):
             # The page of a proxy, which must not be taken for a mesh.
-            raise UnreadableAnswerError(answer)
+            raise UnreadableAnswerError.of(answer)
         return answer
 
     def answer(self, method: str, path: str, **content: Any) -> httpx2.Response:

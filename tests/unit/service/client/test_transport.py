@@ -111,5 +111,13 @@ def test_a_file_whose_name_is_no_text_is_sent_under_its_escape() -> None:
 def test_a_problem_goes_from_process_to_process() -> None:
     error = ServiceError(FORBIDDEN)
 
-    for same in (pickle.loads(pickle.dumps(error)), copy.copy(error)):  # noqa: S301
+    for same in (pickle.loads(pickle.dumps(error)), copy.copy(error)):  # noqa: S301 - our own
         assert (str(same), same.problem) == ("mug.glb: the API key may not read", FORBIDDEN)
+
+
+def test_an_answer_that_cannot_be_read_goes_from_process_to_process() -> None:
+    with pytest.raises(httpx2.HTTPError) as caught:
+        client_of(PAGE).jobs()
+
+    same = pickle.loads(pickle.dumps(caught.value))  # noqa: S301 - our own
+    assert (type(same), str(same)) == (type(caught.value), str(caught.value))
