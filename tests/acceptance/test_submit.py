@@ -46,6 +46,22 @@ def test_a_tolerance_that_a_service_does_not_reach_exits_with_1_and_places(
     assert (reached.returncode, reached.stderr) == (0, "")
 
 
+def test_a_gate_that_a_service_does_not_find_passed_exits_with_1(
+    stack: Stack, pair: list[str], tmp_path: Path
+) -> None:
+    report = tmp_path / "out.json"
+    gates = '{"point_to_surface.max": {"max": 1e-9}}'
+
+    done = meshcone(
+        *("submit", *pair, "--server", stack.url, "--report", str(report)),
+        *("--set", "mode=measure", "--set", f"gates={gates}"),
+    )
+
+    assert done.returncode == 1
+    assert done.stderr.startswith("FAILED")
+    assert report.exists()
+
+
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Stack, Path]]:
     """A service that asks for keys, and its data directory."""
@@ -147,3 +163,16 @@ def test_a_scope_that_is_none_is_told_so(guarded: tuple[Stack, Path]) -> None:
 
     assert done.returncode == 2
     assert "unknown scope 'raed'; did you mean 'read'?" in done.stderr
+
+
+def test_a_key_that_may_submit_alone_submits(guarded: tuple[Stack, Path], pair: list[str]) -> None:
+    stack, directory = guarded
+    made = meshcone(
+        "keys", "create", "sender", "--scopes", "submit", "--data-dir", str(directory)
+    ).stdout
+    key = next(line.split()[1] for line in made.splitlines() if line.startswith("key "))
+
+    done = meshcone("submit", *pair, "--server", stack.url, MESHCONE_API_KEY=key)
+
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "/v1/jobs/" in done.stdout

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import pytest
+
 from meshcone.options import WITHIN_GATE
+from service.cli import refine
 from service.cli.missed import missed
+from tests import shapes
 
 
 def row(status: str, key: str = "emd", severity: str = "error") -> dict[str, Any]:
@@ -41,3 +46,22 @@ def test_the_gate_of_a_tolerance_is_told_once_as_its_reason() -> None:
 
 def test_where_nothing_was_asked_for_nothing_is_missed() -> None:
     assert missed({"gates": None}) == missed({}) == missed(report("pass", row("pass")))
+
+
+@pytest.mark.parametrize(("bound", "code"), [("1e-9", 1), ("1", 0)])
+def test_refine_exits_with_1_where_a_gate_is_not_passed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], bound: str, code: int
+) -> None:
+    vertices, faces = shapes.sphere(1)
+    rough, ball = tmp_path / "rough.obj", tmp_path / "ball.obj"
+    rough.write_bytes(shapes.obj(shapes.noisy(vertices), faces))
+    ball.write_bytes(shapes.obj(vertices, faces))
+    gates = f'gates={{"point_to_surface.max": {{"max": {bound}}}}}'
+
+    ended = refine.command(
+        rough, ball, tmp_path / "out.obj", quiet=True, assignments=["effort=fast", gates]
+    )
+
+    assert ended == code
+    assert ("FAILED" in capsys.readouterr().err) == (code == 1)
+    assert (tmp_path / "out.obj").exists()
