@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.appearance.texture import placed, sample
+from meshcone.appearance.texture import sample
 from meshcone.assets import Asset
-from meshcone.assets.content import Content, Draw, Material, TextureUse
+from meshcone.assets.content import Content, Draw, Material, TextureUse, placed
 from meshcone.assets.pictures import Picture, PictureDecoder, UndecodableError, read_picture
 from meshcone.surface.arrays import Floats, Ints
 

@@ -16,16 +16,6 @@ _PLAIN = np.arange(256) / 255
 _FARTHEST = 2.0**52  # texels: beyond, a double has no fraction and int64 soon no room
 
 
-def placed(use: TextureUse, coordinates: Floats) -> Floats:
-    """Texture coordinates (k, 2) after the use's own transform (KHR_texture_transform).
-
-    Scaled, then turned counter-clockwise as one sees the image, then moved. v runs downwards.
-    """
-    cosine, sine = np.cos(use.rotation), np.sin(use.rotation)
-    turn = np.array([[cosine, sine], [-sine, cosine]])
-    return np.asarray(coordinates * use.scale @ turn.T + use.offset)
-
-
 def sample(pixels: NDArray[np.uint8], use: TextureUse, coordinates: Floats) -> Floats:
     """Linear RGBA (k, 4) of an image at coordinates (k, 2) that are already placed.
 

@@ -25,7 +25,7 @@ from meshcone.assets.content import (
 from meshcone.auditing.bindings import Binding, bindings
 from meshcone.auditing.fields import Fields
 from meshcone.auditing.hanging import reached
-from meshcone.auditing.layout import Layout, layouts
+from meshcone.auditing.layout import Laid, layouts
 from meshcone.auditing.parts import DEFAULT, Parts
 from meshcone.auditing.tracks import Track
 from meshcone.auditing.variants import variants_of
@@ -204,7 +204,7 @@ def fields(asset: Asset, content: Content, moved: NDArray[np.float64] | None = N
     return Fields(asset, content, _keys([mesh.name for mesh in content.meshes]), moved)
 
 
-def uv_layouts(content: Content) -> dict[str, Layout]:
+def uv_layouts(content: Content) -> dict[str, Laid]:
     """Where the sets of texture coordinates lie: ``mesh: NAME``."""
     return layouts(content, _keys([mesh.name for mesh in content.meshes]))
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from meshcone.assets import Asset
-from meshcone.assets.content import Attribute, Content, Draw
+from meshcone.assets.content import Attribute, Content, Draw, first_uses, placed
 from meshcone.auditing.field import Field, FieldSum, Shares, kind_of
 from meshcone.srgb import to_encoded
 from meshcone.surface.arrays import Floats, Ints, normalized, row_dot
 
 _AT_ONCE = 100_000  # triangles
 _SKINS = ("JOINTS_", "WEIGHTS_")  # which bindings are about
+_COORDINATES = "TEXCOORD_"
 
 
 class Fields:
@@ -36,6 +38,7 @@ class Fields:
     ) -> None:
         self._asset = asset
         self._moved = np.eye(4) if moved is None else moved
+        self._textures = [first_uses(material) for material in content.materials]
         self._draws: dict[str, list[Draw]] = {}
         self._kept: tuple[str, dict[tuple[int, int, bool], Shares]] = ("", {})
         seen: set[tuple[int, int]] = set()
@@ -60,10 +63,12 @@ class Fields:
             return None
         for suffix in self._suffixes(*here):
             first: tuple[Field | None, Field | None] | None = None
-            # Where a mesh is drawn first may differ, and so may the units it is stored in.
-            for stored in (False, True):
-                one = self._field(here[0], here[1] + suffix, stored=stored)
-                two = other._field(there[0], there[1] + suffix, stored=stored)
+            # Where a mesh is drawn first may differ, and so may the units it is stored in;
+            # coordinates have units of their own, which a transform of the texture undoes.
+            reads = (True, False) if here[1].startswith(_COORDINATES) else (False,)
+            for read, stored in product(reads, (False, True)):
+                one = self._field(here[0], here[1] + suffix, stored=stored, read=read)
+                two = other._field(there[0], there[1] + suffix, stored=stored, read=read)
                 alike = one is two if one is None or two is None else one.is_like(two)
                 if alike:
                     first = None
@@ -81,8 +86,11 @@ class Fields:
         found = {each: None for draw in draws for each in (*draw.attributes, *draw.others)}
         return [each[len(name) :] for each in found if each == name or each.startswith(f"{name} ")]
 
-    def _field(self, mesh: str, name: str, *, stored: bool) -> Field | None:
-        """An attribute as the mesh is drawn first, or as it is stored; None where none is known."""
+    def _field(self, mesh: str, name: str, *, stored: bool, read: bool) -> Field | None:
+        """An attribute as the mesh is drawn first, or as it is stored; None where none is known.
+
+        Coordinates are as they are stored, or as a texture is read through them.
+        """
         total = FieldSum(kind_of(name))
         for draw in self._draws.get(mesh, []):
             attribute = draw.attributes.get(name) or draw.others.get(name)
@@ -99,10 +107,16 @@ class Fields:
             turned = None
             if name == "TANGENT" and values.shape[1] > 3:
                 turned = (values[:, 3] * np.linalg.det(turn) < 0).astype(np.float64)
-            total.add(shares, _read(name, values, turn), turned)
+            found = _read(name, values, turn)
+            total.add(shares, self._placed(draw, name, found) if read else found, turned)
             if name == "NORMAL":
                 self._lean(total, draw, attribute)
         return total.total()
+
+    def _placed(self, draw: Draw, name: str, values: Floats) -> Floats:
+        textures = {} if draw.material is None else self._textures[draw.material]
+        uses = {f"{_COORDINATES}{number}": use for number, use in textures.items()}
+        return placed(uses[name], values) if name in uses else values
 
     def _shares(self, mesh: str, draw: Draw, corners: Ints, *, stored: bool) -> Shares:
         """Shares are the same for all attributes of a glTF's draw; those of one mesh are kept."""
@@ -163,7 +177,7 @@ def _read(name: str, values: Floats, turn: Floats) -> Floats:
     """Values as they are compared: directions turned, colours as they are seen."""
     turns: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
         ("COLOR_", _shown),
-        ("TEXCOORD_", lambda found: found[..., :2]),
+        (_COORDINATES, lambda found: found[..., :2]),
         ("NORMAL", lambda found: normalized(found @ _covector(turn).T)),
         ("TANGENT", lambda found: normalized(found[..., :3] @ turn.T)),
         # Lengths are as large as the mesh; what is added to directions is turned alone.

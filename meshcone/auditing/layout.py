@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.content import Content
+from meshcone.assets.content import Content, first_uses, placed
 
 _SAME_AREA = 0.25
 _SAME_PLACE = 0.1  # of the side of a square with the chart's area
@@ -46,7 +46,28 @@ class Layout:
         return f"area {self.area:.3g} around ({self.centre[0]:.3g}, {self.centre[1]:.3g}){turned}"
 
 
-def layouts(content: Content, keys: list[str]) -> dict[str, Layout]:
+@dataclass(frozen=True)
+class Laid:
+    """The layout of a set twice, because a transform can undo the units that a set is stored in.
+
+    Attributes:
+        stored: of the coordinates in the file.
+        read: of what the first texture is read at through them.
+    """
+
+    stored: Layout
+    read: Layout
+
+    def is_like(self, other: Laid) -> bool:
+        """Whether one of both is about the same."""
+        return self.read.is_like(other.read) or self.stored.is_like(other.stored)
+
+    def words(self) -> str:
+        """Area, place and direction in the texture."""
+        return self.read.words()
+
+
+def layouts(content: Content, keys: list[str]) -> dict[str, Laid]:
     """The layout of each set of each mesh: ``mesh: NAME``.
 
     Args:
@@ -54,17 +75,27 @@ def layouts(content: Content, keys: list[str]) -> dict[str, Layout]:
         keys: what its meshes are called.
     """
     corners: dict[str, list[NDArray[np.float64]]] = {}
+    read: dict[str, list[NDArray[np.float64]]] = {}
     seen: set[tuple[int, int]] = set()
     for draw in content.draws:
         if (draw.mesh, draw.primitive) in seen:
             continue
         seen.add((draw.mesh, draw.primitive))
+        textures = {} if draw.material is None else first_uses(content.materials[draw.material])
+        uses = {f"TEXCOORD_{number}": use for number, use in textures.items()}
         for name, attribute in draw.attributes.items():
             if name.startswith("TEXCOORD_"):
                 found = attribute.at_corners()[..., :2]
                 found = found[:, ::-1] if draw.mirrored else found  # as the mesh is stored
-                corners.setdefault(f"{keys[draw.mesh]}: {name}", []).append(found)
-    return {name: _layout(np.concatenate(found)) for name, found in corners.items()}
+                key = f"{keys[draw.mesh]}: {name}"
+                corners.setdefault(key, []).append(found)
+                read.setdefault(key, []).append(
+                    placed(uses[name], found) if name in uses else found
+                )
+    return {
+        key: Laid(_layout(np.concatenate(found)), _layout(np.concatenate(read[key])))
+        for key, found in corners.items()
+    }
 
 
 def _layout(uv: NDArray[np.float64]) -> Layout:

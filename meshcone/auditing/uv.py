@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from meshcone.assets.content import Draw, TextureUse
+from meshcone.assets.content import Draw, TextureUse, first_uses, placed
 from meshcone.assets.pictures import Picture
 from meshcone.auditing.raster import WIDEST_GUTTER, Raster, resolutions
 from meshcone.auditing.records.uv import Uv, UvSet
@@ -54,7 +54,8 @@ class _Chart:
     """Triangles with one material, and one set of their coordinates.
 
     Attributes:
-        uv: (k, 3, 2) coordinates, as they are stored; NaN where there are none.
+        uv: (k, 3, 2) coordinates, as the first texture is read through them; NaN where there are
+            none.
         has: (k,) whether the file has the set there at all, be it no numbers.
         areas: (k,) in model units squared.
         solid: (k,) whether they have an area.
@@ -62,8 +63,7 @@ class _Chart:
             node.
         turned: (k,) whether a node that mirrors has turned them around.
         textured: whether a texture is read through the set.
-        texels: its width and height in texels, as often as a transform repeats them within the
-            coordinates 0 to 1, if they could be read.
+        texels: its width and height, if they could be read.
     """
 
     number: int
@@ -75,7 +75,7 @@ class _Chart:
     first: Bools
     turned: Bools
     textured: bool
-    texels: tuple[float, float] | None
+    texels: tuple[int, int] | None
 
     @cached_property
     def finite(self) -> Bools:
@@ -115,8 +115,7 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
     for draw in content.draws:
         by_material.setdefault(draw.material, []).append(draw)
     for material, draws in by_material.items():
-        uses = [] if material is None else content.materials[material].textures
-        textures = {use.uv_set: use for use in reversed(uses)}  # the first of a set counts
+        textures = {} if material is None else first_uses(content.materials[material])
         stored = {
             number
             for number in range(UV_SETS_READ)
@@ -135,7 +134,7 @@ def _charts(subject: Subject, pictures: tuple[Picture, ...]) -> Iterator[_Chart]
             yield _Chart(
                 number=number,
                 material="" if material is None else content.materials[material].name,
-                uv=np.concatenate(uv),
+                uv=np.concatenate(uv) if use is None else placed(use, np.concatenate(uv)),
                 has=np.concatenate([_has(draw, f"TEXCOORD_{number}") for draw in draws]),
                 areas=subject.listed.face_areas[rows],
                 solid=subject.solid[rows],
@@ -169,12 +168,11 @@ def _by_triangle(draws: list[Draw], values: list[bool]) -> Bools:
     return np.repeat(np.array(values, dtype=bool), [len(draw.rows) for draw in draws])
 
 
-def _texels(use: TextureUse | None, pictures: tuple[Picture, ...]) -> tuple[float, float] | None:
+def _texels(use: TextureUse | None, pictures: tuple[Picture, ...]) -> tuple[int, int] | None:
     picture = pictures[use.image] if use and use.image is not None else None
-    if use is None or picture is None or not (picture.width and picture.height):
+    if picture is None or not (picture.width and picture.height):
         return None
-    texels = abs(use.scale[0]) * picture.width, abs(use.scale[1]) * picture.height
-    return texels if np.isfinite(texels[0] * texels[1]) else None
+    return picture.width, picture.height
 
 
 def _raster(drawn: Floats, size: int | None, seen: Seen) -> Raster | None:

@@ -1,5 +1,6 @@
 """All that is in a file besides its surface, in words that every format shares."""
 
+from meshcone.assets.content.placing import first_uses, placed
 from meshcone.assets.content.records import (
     Animation,
     Attribute,
@@ -33,5 +34,7 @@ __all__ = [
     "Primitive",
     "Skin",
     "TextureUse",
+    "first_uses",
+    "placed",
     "target_called",
 ]

@@ -10,7 +10,7 @@ from meshcone.auditing.records.section import Section
 class UvSet(Section):
     """One set of texture coordinates on what is drawn with one material.
 
-    Everything but texel densities is about the coordinates as they are stored, before
+    All of it is about the coordinates as the first texture is read through them, after
     KHR_texture_transform or the -s and -o of a material library.
     """
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import map_coordinates
 
-from meshcone.appearance.texture import placed, sample
-from meshcone.assets.content import TextureUse
+from meshcone.appearance.texture import sample
+from meshcone.assets.content import TextureUse, placed
 from meshcone.assets.content.records import Wrap
 from meshcone.srgb import to_linear
 

@@ -219,7 +219,7 @@ def test_where_coordinates_lie_does_not_depend_on_the_triangulation() -> None:
         lines += [f"f {' '.join(f'{v}/{v}' for v in face)}" for face in (mesh.faces + 1).tolist()]
         content = read_asset("a.obj", "\n".join(lines).encode()).content()
         [found] = layouts(content, ["a"]).values()
-        return found
+        return found.stored
 
     first, second = layout(coarse), layout(fine)
 

@@ -63,15 +63,25 @@ def test_every_node_that_places_a_mesh_counts_in_its_texel_density() -> None:
     assert smaller.texel_density_p95 == pytest.approx(2 * (once or 0))
 
 
-def test_a_transform_of_a_texture_scales_its_texel_density_alone() -> None:
-    document = one_square()
+def in_units(**transform: Any) -> Document:
+    """A square whose coordinates are 4095 times as large, and a transform of its texture."""
+    document = one_square(TEXCOORD_0=(4095 * square()["TEXCOORD_0"]).astype("<f4"))
     texture = document.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
-    plain = audit(document).uv
-    texture["extensions"] = {"KHR_texture_transform": {"scale": [8, -2], "offset": [0.5, 0]}}
-    scaled = audit(document).uv
+    texture["extensions"] = {"KHR_texture_transform": transform}
+    return document
 
-    assert scaled.texel_density_max == pytest.approx(4 * (plain.texel_density_max or 0))
-    assert (scaled.outside, scaled.tiles, scaled.unused_share) == (0, False, 0)
+
+def test_coordinates_are_counted_where_the_texture_is_read_through_them() -> None:
+    plain = audit(one_square()).uv
+
+    assert audit(in_units(scale=[1 / 4095, 1 / 4095])).uv == plain
+
+
+def test_a_transform_that_repeats_a_texture_tiles_it() -> None:
+    found = audit(in_units(scale=[8 / 4095, -8 / 4095])).uv
+
+    assert found.texel_density_max == pytest.approx(8 * (16 * 8 / 4) ** 0.5)
+    assert (found.outside, found.tiles) == (2, True)
 
 
 def density_of_obj(most: float, options: str) -> float | None:

@@ -206,6 +206,32 @@ def test_a_morph_target_that_moves_normals_no_more_is_altered() -> None:
     assert counted(changes_between(asset_of(one), asset_of(other))) == {"altered.morph_targets": 1}
 
 
+def painted(units: float, **transform: Any) -> Document:
+    """The ball with a texture, its coordinates in some units."""
+    document = ball(TEXCOORD_0=lambda values: values * units)
+    texture = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
+    document.json |= {
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": texture}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": "a.png"}],
+    }
+    document.json["meshes"][0]["primitives"][0]["material"] = 0
+    return document
+
+
+def test_coordinates_in_other_units_that_a_transform_undoes_are_the_same() -> None:
+    one, other = painted(1), painted(100, scale=[0.01, 0.01])
+
+    assert changes_between(asset_of(one), asset_of(other)).altered.uv_sets == 0
+    assert changes_between(asset_of(one), asset_of(painted(100))).altered.uv_sets == 1
+
+
+def test_the_same_coordinates_under_another_transform_are_the_same() -> None:
+    one, other = painted(1), painted(1, scale=[3, 3])
+
+    assert changes_between(asset_of(one), asset_of(other)).altered.uv_sets == 0
+
+
 @pytest.mark.parametrize("level", [1, 2, 4])
 def test_a_coarser_or_finer_mesh_has_the_same_values(level: int) -> None:
     assert against_the_ball(ball(level)) == {}
