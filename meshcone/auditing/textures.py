@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.content import Content
+from meshcone.assets.content import Content, TextureUse
 from meshcone.assets.pictures import (
     MOST_TEXELS,
     Picture,
@@ -140,8 +140,8 @@ def _uses(content: Content) -> Mapping[int, tuple[str, ...]]:
     found: dict[int, dict[str, None]] = {}
     for material in content.materials:
         for use in material.textures:
-            if use.image is not None:
-                found.setdefault(use.image, {}).setdefault(use.slot.rpartition(".")[2])
+            for image in _images_of(use):
+                found.setdefault(image, {}).setdefault(use.slot.rpartition(".")[2])
     return {image: tuple(slots) for image, slots in found.items()}
 
 
@@ -150,9 +150,15 @@ def _owners(content: Content) -> Iterator[set[str]]:
     modes: list[set[str]] = [set() for _ in content.images]
     for material in content.materials:
         use = material.texture(BASE_COLOR)
-        if use is not None and use.image is not None:
-            modes[use.image].add(material.alpha_mode)
+        for image in _images_of(use) if use is not None else ():
+            modes[image].add(material.alpha_mode)
     return iter(modes)
+
+
+def _images_of(use: TextureUse) -> list[int]:
+    """The image of a texture, and those for who can read them."""
+    own = [] if use.image is None else [use.image]
+    return own + [image for _, image in use.others]
 
 
 def _wastes_alpha(modes: set[str], look: _Look) -> bool | None:

@@ -39,10 +39,14 @@ def _joined(table: Any, depth: int = 0) -> Any:
         raise ValueError(f"is nested too deeply: no value's name has {_DEEPEST} parts")
     joined: dict[str, Any] = {}
     for name, value in table.items():
+        found = {name: value}
         if isinstance(value, Mapping) and value and all(map(_is_table, value.values())):
-            joined |= {f"{name}.{tail}": rule for tail, rule in _joined(value, depth + 1).items()}
-        else:
-            joined[name] = value
+            found = {f"{name}.{tail}": rule for tail, rule in _joined(value, depth + 1).items()}
+        for key, rule in found.items():
+            if key in joined:
+                twice = f"has '{key}' twice, in quotes and as tables"
+                raise ValueError(f"{twice}: write it once, with all its bounds")
+            joined[key] = rule
     return joined
 
 

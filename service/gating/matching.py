@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +18,7 @@ from string import Formatter
 
 from meshcone.errors import InputError
 from meshcone.gates.levels import level_of, split_level
-from meshcone.places import is_folder, is_there, may_be_file, real
+from meshcone.places import is_folder, is_there, may_be_file, real, reason
 from meshcone.suggestions import did_you_mean
 from meshcone.text import as_text
 from service.gating.pairs import Pair, read_manifest, single_pair
@@ -26,7 +27,7 @@ _REFINED = {".obj", ".glb", ".gltf", ".ply", ".stl", ".off", ".zip"}
 _MEASURED = {".step", ".stp", ".3mf", ".usd", ".usda", ".usdc", ".usdz"}
 MESHES = frozenset(_REFINED | _MEASURED)
 REFERENCES = MESHES | {".xyz"}
-_PLACES = ("stem", "name", "lod", "ext")
+_PLACES = {"stem": "[^/]+", "name": "[^/]+", "lod": "[0-9]+", "ext": "[^/.]+"}
 
 
 class ReferencePattern:
@@ -77,6 +78,14 @@ class ReferencePattern:
             stem=stem, name=source.stem, lod=level, ext=source.suffix.removeprefix(".")
         )
         return (source.parent if folder is None else folder) / name
+
+    def can_name(self, reference: Path) -> bool:
+        """Whether some source in the same place would have this reference, relative to a folder."""
+        parts = Formatter().parse(self._text)
+        words = "".join(
+            re.escape(text) + (_PLACES[place] if place else "") for text, place, _, _ in parts
+        )
+        return re.fullmatch(f"(?:.*/)?{words}", reference.as_posix()) is not None
 
     def _wrong(self, why: str) -> InputError:
         return InputError(f"--reference-pattern '{self._text}': {why}")
@@ -169,19 +178,26 @@ def pairs_of_folders(
     """Every mesh of one folder and its reference in another, in the same place below it.
 
     Without a pattern the two have the same name, or else the same but for the extension, if only
-    one file in the folder of references has that. A mesh that only this folder has makes a pair
-    too, whose source is missing: it has to be noticed.
+    one file in the folder of references has that. A mesh that only this folder has, of those that
+    the pattern can name, makes a pair too, whose source is missing: it has to be noticed.
 
     Raises:
         InputError: there is no mesh in them.
     """
     own = _meshes(sources)
-    others = _meshes(references, REFERENCES) if pattern is None else []
+    others = _meshes(references, REFERENCES)
     if not (own or others):
         raise InputError(f"has no mesh in it: looked for {_suffixes()}", file=str(sources))
     if pattern is not None:
         places = [pattern.reference_of(sources / each, references / each.parent) for each in own]
-        return [_pair(sources / each, place) for each, place in zip(own, places, strict=True)]
+        named = {real(place) for place in places}
+        pairs = [_pair(sources / each, place) for each, place in zip(own, places, strict=True)]
+        lost = [each for each in others if pattern.can_name(each)]
+        return pairs + [
+            _pair(sources / each, references / each)
+            for each in lost
+            if real(references / each) not in named
+        ]
     paired = _counterparts(own, others)
     paired |= {each: each for each in others if each not in paired.values()}
     return [_pair(sources / each, references / paired[each]) for each in sorted(paired)]
@@ -223,11 +239,27 @@ def _meshes(folder: Path, suffixes: frozenset[str] = MESHES) -> list[Path]:
 
 
 def _walk(folder: Path, suffixes: frozenset[str]) -> Iterator[Path]:
-    for place, folders, names in os.walk(folder):
-        folders[:] = [each for each in folders if not each.startswith(".")]
-        for name in names:
-            if not name.startswith(".") and Path(name).suffix.lower() in suffixes:
-                yield (Path(place) / name).relative_to(folder)
+    """What has one of these suffixes; links to folders are followed, each folder once."""
+    seen: set[Path] = set()
+    waiting = [folder]
+    while waiting:
+        for place, folders, names in os.walk(waiting.pop(0), onerror=_refuse):
+            here = Path(place)
+            if real(here) in seen:
+                folders.clear()
+                continue
+            seen.add(real(here))
+            folders[:] = sorted(each for each in folders if not each.startswith("."))
+            # A folder has its own name before those of links to it.
+            waiting += [here / each for each in folders if (here / each).is_symlink()]
+            for name in names:
+                if not name.startswith(".") and Path(name).suffix.lower() in suffixes:
+                    yield (here / name).relative_to(folder)
+
+
+def _refuse(error: OSError) -> None:
+    words = f"a folder whose meshes cannot be listed: {reason(error)}"
+    raise InputError(words, file=as_text(str(error.filename)))
 
 
 def _suffixes() -> str:

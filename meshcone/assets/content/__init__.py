@@ -1,5 +1,6 @@
 """All that is in a file besides its surface, in words that every format shares."""
 
+from meshcone.assets.content.faults import Fault
 from meshcone.assets.content.placing import first_uses, placed
 from meshcone.assets.content.records import (
     Animation,
@@ -7,7 +8,6 @@ from meshcone.assets.content.records import (
     Channel,
     Content,
     Draw,
-    Fault,
     Fitting,
     Image,
     Material,

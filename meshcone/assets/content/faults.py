@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
-from meshcone.assets.content.records import Fault
+from dataclasses import dataclass
 
 _KEPT = 100
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something malformed that no viewer needs and none refuses.
+
+    Attributes:
+        place: a JSON pointer or ``line 12``.
+        words: what was found, and what was expected.
+    """
+
+    place: str | None
+    words: str
 
 
 class Faults:

@@ -14,23 +14,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.content.faults import Fault
+
 _PATH_LEVELS = 64
 
 AlphaMode = Literal["OPAQUE", "MASK", "BLEND"]
 Wrap = Literal["repeat", "mirror", "clamp"]
-
-
-@dataclass(frozen=True)
-class Fault:
-    """Something malformed that no viewer needs and none refuses.
-
-    Attributes:
-        place: a JSON pointer or ``line 12``.
-        words: what was found, and what was expected.
-    """
-
-    place: str | None
-    words: str
 
 
 @dataclass(frozen=True)

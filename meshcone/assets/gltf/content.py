@@ -214,13 +214,6 @@ class _Reader:
         )
         return described.size if described else 0
 
-    def _vertices(self, attributes: Lenient) -> int:
-        elements = self._accessors.elements
-        position = attributes.reference("POSITION", len(elements), "accessor")
-        if position is None:
-            return 0
-        return Lenient(elements[position], self._faults).integer("count") or 0
-
     def _draws(self, meshes: tuple[Mesh, ...]) -> Iterator[Draw]:
         start = 0
         for placed in self._scene.primitives:

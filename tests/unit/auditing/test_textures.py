@@ -121,6 +121,17 @@ def test_a_texture_that_leads_to_no_image_is_missing(textures: list[dict[str, in
     assert audit(document).textures.missing == 1
 
 
+def test_an_image_for_those_who_can_read_it_is_used_too() -> None:
+    document = one_square()
+    document.json["images"].append({"bufferView": document.view(png((9, 9, 9)))})
+    document.json["textures"][0]["extensions"] = {"EXT_texture_webp": {"source": 1}}
+
+    found = audit(document).textures
+
+    assert found.unused == 0
+    assert found.base_color_luminance_min == 9
+
+
 def test_alpha_that_an_opaque_material_ignores_is_told() -> None:
     document = one_square()
     document.json["images"] = [{"bufferView": document.view(png((1, 2, 3, 9)))}]

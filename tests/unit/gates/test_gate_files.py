@@ -142,6 +142,10 @@ def test_json_says_the_same() -> None:
             "write min_model",
         ),
         (f"gates.{'a.' * 5000}max = 1", "'gates': is nested too deeply"),
+        (
+            '[gates]\n"asset.uv.missing" = {max = 0}\n[gates.asset.uv.missing]\nmin = 1',
+            "'gates': has 'asset.uv.missing' twice, in quotes and as tables: write it once",
+        ),
         ("gates.'options.surface.regions'.equals = 'auto'", "unknown gate"),
         ("gates.'options.scene'.max = 1", "unknown gate"),
         ("gates.fscore.equals = true", "'equals' is for words and yes-or-no values"),

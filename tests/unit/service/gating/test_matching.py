@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -168,9 +169,42 @@ def test_archives_and_design_files_are_sources_and_points_are_not() -> None:
 
 
 def test_two_folders_can_differ_by_a_pattern() -> None:
-    make("new/x/a_LOD1.glb", "old/x/a.obj", "old/unused.obj")
+    make("new/x/a_LOD1.glb", "old/x/a.obj", "old/x/a.glb")
 
     assert found("new", "old", pattern="{stem}.obj") == [("new/x/a_LOD1.glb", "old/x/a.obj", 1)]
+
+
+def test_what_only_the_second_folder_has_by_a_pattern_is_noticed() -> None:
+    make("new/x/a_LOD1.glb", "old/x/a.obj", "old/x/lost.obj", "old/x/other.glb")
+
+    assert found("new", "old", pattern="{stem}.obj") == [
+        ("new/x/a_LOD1.glb", "old/x/a.obj", 1),
+        ("new/x/lost.obj", "old/x/lost.obj", None),
+    ]
+
+
+def test_links_to_folders_are_followed_and_each_folder_once() -> None:
+    make("x/a.obj", "x/z/c.obj", "elsewhere/b.obj")
+    Path("x/link").symlink_to(Path("elsewhere").absolute())
+    Path("x/again").symlink_to(Path("x/z").absolute())
+    Path("x/z/up").symlink_to(Path("x").absolute())
+
+    assert [name for name, *_ in found("x")] == ["x/a.obj", "x/link/b.obj", "x/z/c.obj"]
+
+
+def test_a_folder_that_cannot_be_looked_into_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    make("x/a.obj", "x/locked/b.obj")
+    scan = os.scandir
+
+    def locked(place: str) -> object:
+        if Path(place).name == "locked":
+            raise PermissionError(13, "Permission denied", place)
+        return scan(place)
+
+    monkeypatch.setattr("os.scandir", locked)
+
+    with pytest.raises(InputError, match=r"x/locked: .* cannot be listed: permission denied"):
+        found("x")
 
 
 def test_assets_can_be_without_references() -> None:
