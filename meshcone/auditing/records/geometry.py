@@ -38,8 +38,8 @@ class Geometry(Section):
     closed_pieces: int = Field(description="pieces without an open border")
     debris: int = Field(description="pieces smaller than 1 % of the whole")
     inside_out_share: float = Field(
-        description="share of the surface in closed pieces that face inwards; cavities, which lie "
-        "within another piece, do not"
+        description="share of the surface in closed parts, connected by edges, that face inwards; "
+        "cavities, which lie within what the other parts fill, do not"
     )
     area: float = Field(description="in model units squared")
     volume: float | None = Field(
