@@ -18,6 +18,7 @@ from meshcone.assets.gltf.extensions import MESHOPT, extension_of
 from meshcone.assets.pointers import refuse_pointer
 from meshcone.relative_names import from_uri, sent_as, sent_beyond
 
+_CHUNK_ALIGNMENT = 4  # of the BIN chunk, which zeros fill up
 _BUFFER_TYPE = "data:application/octet-stream;base64,"
 
 
@@ -114,6 +115,20 @@ class Buffers:
         if index not in self._loaded:
             self._loaded[index] = self._load(index, self._elements[index])
         return self._loaded[index]
+
+    def rebuilt(self, index: int, data: bytes) -> bytes:
+        """New bytes of a buffer, with what stands behind those that it declares.
+
+        Nobody here knows what that is, so it stays. A chunk ends at a whole step.
+        """
+        buffer = self[index]
+        beyond = buffer.data[buffer.length :]
+        if buffer.source != "binary":
+            return data + beyond
+        padding = -buffer.length % _CHUNK_ALIGNMENT
+        data += bytes(-len(data) % _CHUNK_ALIGNMENT)
+        data += beyond if any(beyond[:padding]) else beyond[padding:]
+        return data + bytes(-len(data) % _CHUNK_ALIGNMENT)
 
     def _load(self, index: int, element: Element) -> Buffer:
         length = element.required_integer("byteLength", minimum=1)

@@ -19,7 +19,6 @@ from meshcone.errors import InputError
 
 # Offsets shift by multiples of this, so that whatever was aligned stays aligned.
 _ALIGNMENT = 8
-_CHUNK_ALIGNMENT = 4
 
 
 @dataclass(frozen=True)
@@ -135,9 +134,9 @@ class Draft:
                 entry.update(byteLength=len(data), uri=encode_data_uri(data, None))
                 continue
             self.put(("buffers", index, "byteLength"), len(data))
-            data += self._beyond(index)
+            data = self._buffers.rebuilt(index, data)
             if self._buffers[index].source == "binary":
-                binary = data + bytes(-len(data) % _CHUNK_ALIGNMENT)
+                binary = data
             else:
                 uri = self._document.root.children("buffers")[index].text("uri")
                 self.put(("buffers", index, "uri"), encode_data_uri(data, uri))
@@ -217,15 +216,6 @@ class Draft:
             self._place(view, length + padding)
             length += padding + len(data)
         return b"".join(parts)
-
-    def _beyond(self, buffer: int) -> bytes:
-        """What stands behind the bytes that a buffer declares, which nobody here knows."""
-        old = self._buffers[buffer]
-        if old.source != "binary":
-            return old.data[old.length :]
-        beyond = old.data[old.length :]
-        padding = -old.length % _CHUNK_ALIGNMENT
-        return beyond[padding:] if not any(beyond[:padding]) else beyond
 
     def _shift_views(self, buffer: int, pieces: list[_Piece]) -> None:
         ends = [piece.end for piece in pieces]

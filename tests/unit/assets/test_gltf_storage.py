@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+import copy
 import json
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from numpy.typing import NDArray
 from meshcone.assets import Asset, WritePolicy, read_asset
 from meshcone.notices import Code, Notice
 from tests.unit.assets.bisecting import bisected
-from tests.unit.assets.builders import CUBE, Gltf, chunks, cube_gltf, flat_gltf
+from tests.unit.assets.builders import CUBE, Gltf, chunks, compress, cube_gltf, flat_gltf
+from tests.unit.assets.squeezing import squeezed
 
 TRIANGLES = np.array([[0, 2, 1], [1, 2, 3], [0, 1, 4], [1, 5, 4]])
 AUTO = WritePolicy(instances="auto")
@@ -109,21 +112,38 @@ def moved(asset: Asset) -> NDArray[np.float64]:
     return np.asarray(asset.vertices * (1, 1, 3), dtype=np.float64)
 
 
+def with_beyond(gltf: Gltf, beyond: bytes) -> bytes:
+    """A GLB whose chunk has bytes behind those that its buffer declares."""
+    length = len(gltf.binary)
+    longer = copy.deepcopy(gltf)
+    longer.binary += bytes(-length % 4) + beyond
+    declared = b'{"byteLength": %d'
+    return longer.glb().replace(declared % len(longer.binary), declared % length)
+
+
 @pytest.mark.parametrize("beyond", [b"BEYOND!!", b"\0\0\0\0more"])
 def test_bytes_behind_the_buffer_of_a_glb_stay_behind_it(beyond: bytes) -> None:
     gltf = one_accessor_for_two()
-    length = len(gltf.binary)
-    gltf.binary += beyond
-    source = gltf.glb().replace(
-        b'"byteLength": %d}]}' % len(gltf.binary), b'"byteLength": %d}]}' % length
-    )
-    asset = read_asset("mesh.glb", source)
+    asset = read_asset("mesh.glb", with_beyond(gltf, beyond))
 
     document, binary = chunks(asset.patched(moved(asset), AUTO))
 
     grown = document["buffers"][0]["byteLength"]
-    assert grown > length
-    assert binary[grown:].lstrip(b"\0") == beyond.lstrip(b"\0")
+    assert grown > len(gltf.binary)
+    assert binary[grown:].strip(b"\0") == beyond.strip(b"\0")
+
+
+@pytest.mark.parametrize("make", [compress, squeezed])
+@pytest.mark.parametrize("how", ["plain", "encode"])
+def test_bytes_behind_a_buffer_of_compressed_data_stay_behind_it(
+    make: Callable[[Gltf], Gltf], how: Literal["plain", "encode"]
+) -> None:
+    asset = read_asset("mesh.glb", with_beyond(make(cube_gltf()), b"BEYOND!!"))
+
+    written = asset.patched(moved(asset), WritePolicy(draco=how, meshopt=how))
+
+    document, binary = chunks(written)
+    assert binary[document["buffers"][0]["byteLength"] :].strip(b"\0") == b"BEYOND!!"
 
 
 def test_padding_of_a_chunk_does_not_grow() -> None:

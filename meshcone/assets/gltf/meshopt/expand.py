@@ -218,8 +218,9 @@ class _Rewriting:
         for index in sorted({view.buffer for view in self._views}):
             data = self._rebuilt(index)
             self._new_buffers[index]["byteLength"] = len(data)
+            data = self._buffers.rebuilt(index, data)
             if self._buffers[index].source == "binary":
-                binary = data + bytes(-len(data) % 4)
+                binary = data
             else:
                 uri = self._new_buffers[index].get("uri")
                 self._new_buffers[index]["uri"] = encode_data_uri(data, uri)
