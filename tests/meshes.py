@@ -88,6 +88,15 @@ def closed_by_thin_faces(mesh: Mesh, *, turned: bool = False) -> Mesh:
     return Mesh(np.array(vertices), np.array(faces + thin))
 
 
+def together(*meshes: Mesh) -> Mesh:
+    """Return one mesh of several, whose vertices and faces follow one another."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
+    )
+
+
 def _grid_faces(rows: int, columns: int, *, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:
     i = np.arange(rows if wrap_rows else rows - 1)
     j = np.arange(columns if wrap_columns else columns - 1)

@@ -118,6 +118,11 @@ class Attempt:
         return self._problem.structure.exact
 
     @property
+    def mended(self) -> Bools:
+        """(n,) which vertices move where those that lie on the reference stay."""
+        return self._problem.structure.mended
+
+    @property
     def guards(self) -> int:
         """How many guard rounds may follow."""
         return self._problem.guarded_rounds - self._problem.rounds

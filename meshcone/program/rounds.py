@@ -105,9 +105,9 @@ class SurfaceRefiner:
         return free and small and distances.mean > _FAR and nearer > _ON_IT
 
     def _is_mostly_right(self, attempt: Attempt) -> bool:
-        """Tell whether most vertices lie on the reference, and some do not."""
+        """Tell whether most vertices lie on the reference, and some of the same pieces do not."""
         free = self._options.cones == ConeOptions() and self._problems.start is None
-        return free and _MOSTLY <= float(attempt.exact.mean()) < 1
+        return free and float(attempt.exact.mean()) >= _MOSTLY and bool(attempt.mended.any())
 
     def _attempt(self, candidate: Candidate) -> Attempt:
         problem = self._problems.problem(candidate)

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.fairness import Fairness
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.trust import without_counterpart
 from meshcone.quality.facing import orientation_of
 from meshcone.surface import ClosestPoints, Mesh
-from meshcone.surface.arrays import Bools, Floats, row_dot
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
 
 _FAIRNESS_FLOOR = 1e-4
 # Of the radius: what single precision and six decimals make of a vertex on the reference.
@@ -33,6 +34,7 @@ class SourceStructure:
             the reference to the length of its edges: above 1, edges say nothing of the shape.
         border: (n,) whether a vertex lies on an open border.
         lost: (n,) whether a vertex belongs to a part the reference lacks.
+        pieces: (n,) number of the connected piece that a vertex belongs to.
         vertices: (n, 3) the input.
         closest: the reference's closest points to it.
     """
@@ -42,6 +44,7 @@ class SourceStructure:
     noisiness: Floats
     border: Bools
     lost: Bools
+    pieces: Ints
     vertices: Floats
     closest: ClosestPoints
 
@@ -49,6 +52,16 @@ class SourceStructure:
     def exact(self) -> Bools:
         """(n,) whether a vertex of the input lies on the reference."""
         return self.closest.distances <= _EXACT
+
+    @property
+    def mended(self) -> Bools:
+        """(n,) which vertices move where those stay that lie on the reference.
+
+        A piece without such a vertex stays as well: smoothed and held nowhere, it would fall to a
+        point.
+        """
+        anchored = np.bincount(self.pieces, self.exact) > 0
+        return ~self.exact & anchored[self.pieces]
 
     @staticmethod
     def of(source: Mesh, reference: PreparedReference, noise_scale: float) -> SourceStructure:
@@ -69,7 +82,8 @@ class SourceStructure:
         closest = reference.tree.closest(source.vertices)
         normals = reference.tree.mesh.face_normals[closest.faces]
         agreement = row_dot(source.vertex_normals, normals)
-        lost = without_counterpart(source, adjacency, closest.distances, reference)
+        pieces: Ints = connected_components(adjacency, directed=False)[1].astype(np.int64)
+        lost = without_counterpart(source, adjacency, pieces, closest.distances, reference)
         # How far a part the reference lacks is from it says nothing of noise.
         near = np.where(lost, 0.0, closest.distances)
         nearby = (adjacency @ near + near) / (degree + 1)
@@ -80,6 +94,7 @@ class SourceStructure:
             noisiness=(nearby / scale) ** 2,
             border=source.border_vertices,
             lost=lost,
+            pieces=pieces,
             vertices=source.vertices,
             closest=closest,
         )

@@ -180,7 +180,7 @@ class SurfaceProblems:
             start=source.vertices if self.start is None else self.start,
             most_pairs=self.options.quality.intersection_pairs,
             regions=self.regions,
-            held=self._structure(chosen.noise_scale).exact if candidate.holding else None,
+            held=~self._structure(chosen.noise_scale).mended if candidate.holding else None,
             ties=self.ties,
         )
 

@@ -7,18 +7,20 @@ there, or lacks the part. Such a vertex has no pull; its neighbours carry it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.surface import ClosestPoints, Mesh, SurfaceTree
-from meshcone.surface.arrays import Bools, Floats, row_dot, row_lengths
+from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths
 from meshcone.surface.closest import barycentric_weights
 
 # Distances are relative to the reference's radius. A part is far from the reference if it is
 # farther than a few median distances, and this far at least.
 _FAR_IN_MEDIANS, _FAR_FLOOR = 4.0, 0.05
+# A separate piece that the rest of the source does without needs to be no farther than this, be it
+# a knob close above a plate.
+_PIECE_FLOOR = 1e-4
 # The reference lacks a part of the source only if the source covers this share of it.
 _COVERED = 0.97
 # A vertex lies across a border if its closest point is on one and less than this share of
@@ -29,24 +31,29 @@ _ON_EDGE = 1e-6
 
 
 def without_counterpart(
-    source: Mesh, adjacency: sparse.csr_array, distances: Floats, reference: PreparedReference
+    source: Mesh,
+    adjacency: sparse.csr_array,
+    pieces: Ints,
+    distances: Floats,
+    reference: PreparedReference,
 ) -> Bools:
     """Find the vertices of parts that the reference lacks, (n,).
 
     A part is a connected set of vertices that are far away while the rest covers the reference.
     One vertex alone is a spike, which belongs to the surface around it: a part has a vertex
-    whose neighbours are far as well. A piece that is far by half is a part as a whole.
+    whose neighbours are far as well. A piece that is far by half is a part as a whole, and need not
+    be as far.
 
     Args:
         source: the input in the frame.
         adjacency: (n, n) its edges.
+        pieces: (n,) number of the connected piece that each vertex belongs to.
         distances: (n,) of its vertices from the reference.
         reference: the reference.
     """
     used = source.used_vertices
     median = float(np.median(distances[used]))
     limit = _limit(median)
-    _, pieces = connected_components(adjacency, directed=False)
     parts = _parts(distances > limit, adjacency)
     lost = _unless_needed(source, reference, parts | _by_half(parts, pieces), limit)
     if len(np.unique(pieces[used])) > 1:
@@ -55,6 +62,10 @@ def without_counterpart(
         limit = _limit(min(median, float(np.median(back))))
         whole = _by_half(_parts(distances > limit, adjacency), pieces)
         lost |= _unless_needed(source, reference, whole, limit)
+        median = float(np.median(back))
+        if np.mean(back <= _limit(median)) >= _COVERED:  # else one may belong where there is none
+            limit = max(_FAR_IN_MEDIANS * median, _PIECE_FLOOR)
+            lost |= _needless_pieces(source, pieces, distances, reference, limit)
     return lost
 
 
@@ -71,7 +82,7 @@ def _limit(median: float) -> float:
     return max(_FAR_IN_MEDIANS * median, _FAR_FLOOR)
 
 
-def _by_half(far: Bools, pieces: NDArray[np.int32]) -> Bools:
+def _by_half(far: Bools, pieces: Ints) -> Bools:
     """Find the vertices of pieces of which more than half are far, (n,)."""
     return np.asarray((np.bincount(pieces, far) > 0.5 * np.bincount(pieces))[pieces])
 
@@ -84,6 +95,32 @@ def _unless_needed(source: Mesh, reference: PreparedReference, lost: Bools, limi
         return none
     uncovered = SurfaceTree(Mesh(source.vertices, rest)).closest(reference.points).distances
     return lost if np.mean(uncovered <= limit) >= _COVERED else none
+
+
+def _needless_pieces(
+    source: Mesh,
+    pieces: Ints,
+    distances: Floats,
+    reference: PreparedReference,
+    limit: float,
+) -> Bools:
+    """Find the vertices of pieces that are far by half while the rest is where they were, (n,).
+
+    A piece stands for something if the rest is farther than the limit from what it is closest to.
+    """
+    labels = pieces[source.faces[:, 0]]
+    count = int(pieces.max()) + 1
+    far = distances[source.faces].mean(axis=1) > limit
+    areas = np.bincount(labels, source.face_areas, minlength=count)
+    candidates = np.bincount(labels, source.face_areas * far, minlength=count) > 0.5 * areas
+    rest = source.faces[~candidates[labels]]
+    if not candidates.any() or not len(rest):
+        return np.zeros(len(pieces), dtype=bool)
+    uncovered = SurfaceTree(Mesh(source.vertices, rest)).closest(reference.points).distances > limit
+    closest = labels[SurfaceTree(source).closest(reference.points).faces]
+    known = np.bincount(closest, minlength=count)
+    needed = np.bincount(closest, uncovered, minlength=count) > (1 - _COVERED) * known
+    return (candidates & ~needed)[pieces]
 
 
 def across_a_border(

@@ -255,8 +255,8 @@ def _pieces(pieces: int, reference_pieces: int) -> Iterator[WarningRecord]:
             Code.PIECES_COUNT,
             "pair",
             f"The source is in {_count(pieces, 'piece', 'pieces')} and the reference in "
-            f"{_count(reference_pieces, 'piece', 'pieces')}: pieces without a counterpart follow "
-            "whatever is closest.",
+            f"{_count(reference_pieces, 'piece', 'pieces')}: a piece without a counterpart "
+            "has nothing to follow and stays as it is, where the others cover the reference.",
         )
 
 

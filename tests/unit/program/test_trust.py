@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.prepared_reference import PreparedReference
 from meshcone.program.trust import across_a_border, without_counterpart
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Bools
-from tests.meshes import cylinder, noisy, sheet, sphere
+from meshcone.surface.arrays import Bools, Ints
+from tests.meshes import cylinder, noisy, sheet, sphere, together
 
 BALL = sphere(3)
 
@@ -25,15 +26,8 @@ def lost(source: Mesh, reference: Mesh) -> Bools:
     adjacency = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape).tocsr()
     known = prepared(reference)
     distances = known.tree.closest(source.vertices).distances
-    return without_counterpart(source, adjacency, distances, known)
-
-
-def together(*meshes: Mesh) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
-    )
+    pieces: Ints = connected_components(adjacency, directed=False)[1].astype(np.int64)
+    return without_counterpart(source, adjacency, pieces, distances, known)
 
 
 def beside(mesh: Mesh, x: float) -> Mesh:
@@ -118,3 +112,38 @@ def test_a_piece_with_most_of_the_vertices_is_lost_all_the_same() -> None:
     found = lost(source, sphere(2))
 
     np.testing.assert_array_equal(found, np.arange(len(found)) >= len(sphere(2).vertices))
+
+
+@pytest.mark.parametrize("height", [1.06, 1.021])
+@pytest.mark.parametrize("sigma", [0.0, 0.002])
+def test_a_knob_close_above_the_reference_is_lost(height: float, sigma: float) -> None:
+    source = noisy(together(BALL, beside(small_ball(), height)), sigma)
+
+    found = lost(source, BALL)
+
+    np.testing.assert_array_equal(found, np.arange(len(found)) >= len(BALL.vertices))
+
+
+def test_a_knob_that_stands_on_the_reference_with_half_of_its_vertices_is_lost() -> None:
+    plate = sheet(9, 9)
+    tent = Mesh(
+        np.array([[3.2, 3.2, 0], [4.7, 3.4, 0], [3.9, 4.6, 0.1], [3.5, 3.6, 0.1]]),
+        np.array([[0, 1, 2], [0, 2, 3], [1, 3, 2]]),
+    )
+
+    found = lost(together(plate, tent), plate)
+
+    np.testing.assert_array_equal(found, np.arange(len(found)) >= len(plate.vertices))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_knob_that_the_reference_has_is_not_lost_however_far_it_is_off(seed: int) -> None:
+    knob = beside(small_ball(), 1.03)
+    off = beside(noisy(knob, 0.01, seed), 0.01)
+
+    assert not lost(together(BALL, off), together(BALL, knob)).any()
+
+
+def small_ball() -> Mesh:
+    ball = sphere(1)
+    return ball.moved_to(0.02 * ball.vertices)
