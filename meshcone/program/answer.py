@@ -9,7 +9,7 @@ from meshcone.program.cones import ConeFamily
 from meshcone.program.conic import QuadraticObjective
 from meshcone.program.diagnostics import RegionsRecord, RoundRecord
 from meshcone.program.multipliers import Multipliers
-from meshcone.quality.harm import Gain
+from meshcone.quality.closeness import Gain
 from meshcone.surface.arrays import Floats
 
 

@@ -7,64 +7,30 @@ drawn with seeds that nothing else uses: what was minimised must not be its own 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from meshcone.quality.closeness import Distances, Gain, Probes
 from meshcone.quality.contacts import Contacts, border_contacts
 from meshcone.quality.cracks import count_cracks
+from meshcone.quality.defects import DefectCheck
 from meshcone.quality.facing import orientation_of
-from meshcone.quality.intersections import count_self_intersections, self_intersections
-from meshcone.surface import Mesh, SurfaceTree, sample_surface, without_copies
-from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
-from meshcone.surface.closest import barycentric_weights
+from meshcone.quality.farthest import beyond, largest_distance
+from meshcone.quality.intersections import count_self_intersections
+from meshcone.surface import Mesh, SurfaceTree, without_copies
+from meshcone.surface.arrays import Bools, Floats, row_dot
 
-_SAMPLES = 8000
-_SEED = 2**31 + 11  # options allow seeds up to 2³¹ − 1: no caller's samples are these
 # Distances may grow by this share and this much of the radius: what samples cannot tell apart.
 _MEAN_SHARE, _P95_SHARE, _MAX_SHARE = 0.005, 0.02, 0.02
 _P95_ROUNDING, _MAX_ROUNDING = 1e-3, 1e-4
 # A place is worse where its distance grows by this share of the input's mean at least.
 _FELT = 0.25
-# Defects of the mesh itself may grow by this many, of a small mesh by fewer, or by this share
-# of its faces; by more only where the mean distance falls to a quarter.
-_FEWEST_DEFECTS, _FEW_SHARE = 4, 0.05
-_DEFECT_SHARE, _SHARE_IF_MUCH_CLOSER, _MUCH_CLOSER = 0.005, 0.05, 0.25
-
 _MEAN, _LARGEST = "the mean", "the largest"
 # Below this share of the radius a distance or a move is the rounding of the file's own numbers.
 ROUNDING = 1e-7
 # Two means that differ by less than so many standard errors may differ by the samples alone.
 STANDARD_ERRORS = 2.0
-
-
-@dataclass(frozen=True)
-class Distances:
-    """Of samples, in both directions; relative to the radius.
-
-    Attributes:
-        sampled: (2, k) of each sample, from the mesh and from the reference.
-    """
-
-    mean: float
-    p95: float
-    max: float
-    sampled: Floats = field(repr=False, compare=False)
-
-
-@dataclass(frozen=True)
-class Gain:
-    """How much closer an answer is than its input, over the same places on both.
-
-    Attributes:
-        mean: of the differences, relative to the radius; negative where it is farther away.
-        error: standard error of that mean over the samples.
-    """
-
-    mean: float
-    error: float
 
 
 class HarmCheck:
@@ -94,12 +60,10 @@ class HarmCheck:
         self._distances_count = distances
         source, _ = without_copies(source)
         reference, kept = without_copies(reference)
-        self.source, self._pairs = source, intersection_pairs
+        self.source, self._most_pairs = source, intersection_pairs
         self._tree = tree if kept is None else SurfaceTree(reference)
-        self._samples = sample_surface(reference, _SAMPLES, _SEED).in_space().points
-        drawn = sample_surface(source, _SAMPLES, _SEED + 1).in_space()
-        self._faces = drawn.faces
-        self._weights = barycentric_weights(drawn.points, source, drawn.faces)
+        self._probes = Probes.of(source, reference)
+        self._defects = DefectCheck(source, reference, self._probes.points, intersection_pairs)
         self.input = Examined(self, source)
 
     def examine(self, positions: Floats) -> Examined:
@@ -147,21 +111,7 @@ class HarmCheck:
 
     def defects(self, now: Examined) -> list[str]:
         """Say which defects there are more of than is allowed."""
-        was, found = self.input, []
-        much_closer = now.distances.mean <= _MUCH_CLOSER * was.distances.mean
-        share = _SHARE_IF_MUCH_CLOSER if much_closer else _DEFECT_SHARE
-        few = min(_FEWEST_DEFECTS, int(_FEW_SHARE * len(self.source.faces)))
-        allowed = max(few, int(share * len(self.source.faces)))
-        turned = self._growth(now, lambda examined: examined.opposed, allowed)
-        if turned > allowed:
-            found.append(f"{turned:,} more faces turn their backs on the reference")
-        more = self._growth(now, lambda examined: examined.crossing, allowed)
-        # Where the reference's own faces pass through each other, so will those that follow it.
-        if more > allowed and more > self._crossing_of_reference - (was.crossing or 0):
-            found.append(f"{more:,} more pairs of faces pass through each other")
-        torn = self._growth(now, lambda examined: examined.cracks, allowed)
-        if torn > allowed:
-            found.append(f"{torn:,} more edges of open borders lie along another border")
+        found = [defect.clause for defect in self._defects.found(self.input, now)]
         return found + self._torn_open(now)
 
     def _torn_open(self, now: Examined) -> list[str]:
@@ -188,45 +138,23 @@ class HarmCheck:
                 there, back = reached.sampled > was.sampled + felt
             else:
                 there, back = reached.sampled > limit
-            faces[self._faces[there]] = True
-            missed = [self._samples[back]]
+            faces[self._probes.faces[there]] = True
+            missed = [self._probes.points[back]]
             if now.largest > limit:
-                ours, theirs = self.beyond(now.mesh, limit)
-                vertices[ours] = True
-                missed.append(self._tree.mesh.vertices[theirs])
+                vertices[beyond(now.mesh, self._tree, limit).vertices] = True
+                missed.append(beyond(self._tree.mesh, SurfaceTree(now.mesh), limit).points)
             faces[SurfaceTree(self.source).closest(np.concatenate(missed)).faces] = True
-        if self.defects(now):
-            faces |= now.opposed_faces & ~self.input.opposed_faces
-            faces[self._newly_crossing(now)] = True
+        if defects := self._defects.found(self.input, now):
+            there = np.any([defect.there for defect in defects], axis=0)
+            faces |= self._defects.amiss(self.input, now, there)
         opened, _ = self._contacts.opened(now.mesh.vertices)
         vertices[self._contacts.touching(opened)] = True
         vertices[self.source.faces[faces]] = True
         return vertices
 
-    def _newly_crossing(self, now: Examined) -> Ints:
-        """Faces that pass through others which they did not pass through before."""
-        before, after = (self_intersections(mesh, self._pairs) for mesh in (self.source, now.mesh))
-        if before is None or after is None:
-            return np.empty(0, dtype=np.int64)
-        count = len(self.source.faces)
-        known = before[:, 0] * count + before[:, 1]
-        return after[~np.isin(after[:, 0] * count + after[:, 1], known)].ravel()
-
-    def _growth(self, now: Examined, count: _Count, allowed: int) -> int:
-        """How many more there are than of the input, which need not be looked at for a few."""
-        after = count(now)
-        if after is None or after <= allowed:
-            return 0
-        before = count(self.input)
-        return 0 if before is None else after - before
-
     @cached_property
     def _contacts(self) -> Contacts:
-        return border_contacts(self.source, self._pairs)
-
-    @cached_property
-    def _crossing_of_reference(self) -> int:
-        return self.crossing(self._tree.mesh) or 0
+        return border_contacts(self.source, self._most_pairs)
 
     @cached_property
     def _source_agreement(self) -> Floats:
@@ -234,41 +162,24 @@ class HarmCheck:
 
     def measured(self, mesh: Mesh) -> Distances:
         """Measure the distances of a mesh with the source's faces."""
-        # The same places on the mesh before and after: areas change, and a part that the
-        # reference lacks would weigh more beside one that has become smooth.
-        corners = mesh.vertices[mesh.faces[self._faces]]
-        carried = np.einsum("ij,ijk->ik", self._weights, corners)
-        there = self._tree.closest(carried).distances
-        back = SurfaceTree(mesh).closest(self._samples).distances
-        return Distances(
-            mean=float((there.mean() + back.mean()) / 2),
-            p95=float(max(np.quantile(there, 0.95), np.quantile(back, 0.95))),
-            max=float(max(there.max(), back.max())),
-            sampled=np.stack([there, back]),
-        )
+        return self._probes.measured(mesh, self._tree)
 
-    def corners(self, mesh: Mesh) -> float:
-        """Return the largest distance of a vertex of either mesh from the other."""
-        return float(max(distances.max() for _, distances in self._corner_distances(mesh)))
+    def farthest(self, mesh: Mesh, least: float) -> float:
+        """Return the largest distance of vertices, edges and faces both ways, or the least."""
+        there = largest_distance(mesh, self._tree, least)
+        return largest_distance(self._tree.mesh, SurfaceTree(mesh), there)
 
-    def beyond(self, mesh: Mesh, limit: float) -> tuple[Ints, Ints]:
-        """Find the vertices of the mesh, and of the reference, that are farther from the other."""
-        ours, theirs = self._corner_distances(mesh)
-        return ours[0][ours[1] > limit], theirs[0][theirs[1] > limit]
-
-    def _corner_distances(self, mesh: Mesh) -> tuple[tuple[Ints, Floats], tuple[Ints, Floats]]:
-        used, known = mesh.used_vertices, self._tree.mesh.used_vertices
-        there = self._tree.closest(mesh.vertices[used]).distances
-        back = SurfaceTree(mesh).closest(self._tree.mesh.vertices[known]).distances
-        return (used, there), (known, back)
+    def shrunken(self, mesh: Mesh) -> Bools:
+        """Find the faces of connected pieces that have fallen to a fraction of their area, (m,)."""
+        return self._defects.shrunken(mesh)
 
     def crossing(self, mesh: Mesh) -> int | None:
         """Count pairs of faces that pass through each other; None where that is too much."""
-        return count_self_intersections(mesh, self._pairs)
+        return count_self_intersections(mesh, self._most_pairs)
 
     def cracks(self, mesh: Mesh) -> int | None:
         """Count edges of open borders along other borders; None where that is too much."""
-        return count_cracks(mesh, self._pairs)
+        return count_cracks(mesh, self._most_pairs)
 
     def opposed(self, mesh: Mesh) -> Bools:
         """Find faces that turn their backs on the closest triangle of the reference, (m,)."""
@@ -296,8 +207,8 @@ class Examined:
 
     @cached_property
     def largest(self) -> float:
-        """The largest distance of samples and vertices, both ways, relative to the radius."""
-        return max(self.distances.max, self._check.corners(self.mesh))
+        """The largest distance of samples, vertices, edges and faces, both ways, in the radius."""
+        return self._check.farthest(self.mesh, self.distances.max)
 
     @cached_property
     def opposed(self) -> int:
@@ -319,6 +230,11 @@ class Examined:
         """Edges of open borders that lie along others; None where counting takes too long."""
         return self._check.cracks(self.mesh)
 
+    @cached_property
+    def shrunken(self) -> Bools:
+        """(m,) which faces belong to pieces that lose most of their area."""
+        return self._check.shrunken(self.mesh)
+
     @property
     def amiss(self) -> int:
         """Opposed faces and crossing pairs together."""
@@ -328,9 +244,6 @@ class Examined:
     def objections(self) -> list[str]:
         """In what it is worse than the input, a clause each; defects where distances are not."""
         return self._check.farther(self) or self._check.defects(self)
-
-
-_Count = Callable[[Examined], int | None]
 
 
 def _allowed(before: float, share: float, rounding: float) -> float:

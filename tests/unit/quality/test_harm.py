@@ -7,7 +7,7 @@ import pytest
 
 from meshcone.quality.harm import HarmCheck
 from meshcone.surface import Mesh, SurfaceTree
-from tests.meshes import joined_halves, noisy, sheet, sphere
+from tests.meshes import joined_halves, noisy, sheet, sphere, together
 
 REFERENCE = sphere(3)
 
@@ -152,3 +152,50 @@ def test_a_seam_that_opens_is_worse_though_every_distance_falls() -> None:
     assert objection == "a border opens by 0.05 of the radius where another lies on it"
     torn = held.places(held.examine(answer))
     np.testing.assert_array_equal(seam.vertices[torn], [[1, 0, 0], [1, 0.25, 0], [1, 0.5, 0]])
+
+
+def knob(x: float, scale: float = 0.05) -> Mesh:
+    ball = sphere(2)
+    return ball.moved_to(scale * ball.vertices + np.array([x, 0, 0]))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_piece_that_falls_to_a_dot_is_worse_though_every_distance_falls(seed: int) -> None:
+    judge = check(noisy(together(REFERENCE, knob(1.1)), 0.002, seed))
+    answer = together(REFERENCE, knob(1.001, 1e-6)).vertices
+
+    [objection] = judge.objections(answer)
+
+    assert objection == "320 faces are of pieces that lose most of their area"
+    places = judge.places(judge.examine(answer))
+    np.testing.assert_array_equal(places, np.arange(len(places)) >= len(REFERENCE.vertices))
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_what_is_allowed_of_a_mesh_is_not_all_allowed_of_a_small_piece(seed: int) -> None:
+    # The whole has 1,600 faces, one in twenty of which may be amiss where it comes much closer.
+    judge = check(together(noisy(REFERENCE, 0.01, seed), knob(1.1)))
+    answer = together(REFERENCE, noisy(knob(1.1), 0.006, seed))
+
+    found = judge.defects(judge.examine(answer.vertices))
+
+    assert found
+    assert all(clause.endswith("at a piece of 320 faces") for clause in found)
+
+
+def test_a_small_part_that_slides_is_worse_though_its_corners_stay_on_the_reference() -> None:
+    # A wedge on a plate, a corner of which slides along the plate under the wedge.
+    plate = sheet(21, 21)
+    wedge = Mesh(
+        np.array([[10.2, 10.2, 0], [10.8, 10.2, 0], [10.2, 10.2, 0.3], [10.8, 10.2, 0.3]]),
+        np.array([[0, 1, 3], [0, 3, 2]]),
+    )
+    reference = together(plate, wedge)
+    noise = np.random.default_rng(1).normal(scale=0.02, size=reference.vertices.shape)
+    slid = reference.vertices.copy()
+    slid[-4] += [0, 0.25, 0]
+
+    found = check(reference.moved_to(reference.vertices + noise), reference).objections(slid)
+
+    assert len(found) == 1
+    assert found[0].startswith("the largest distance grows from")
