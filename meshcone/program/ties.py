@@ -49,8 +49,9 @@ class Ties:
         vertices, edges, shares = vertices[anchored], edges[anchored], shares[anchored]
         if not len(vertices):
             return None
-        cones = EdgeTies.at(positions, vertices, edges, shares)
-        return Ties(positions, cones, _weights(vertices, edges, shares, len(positions)))
+        weights = _weights(vertices, edges, shares, len(positions))
+        cones = EdgeTies.at(positions, vertices, *_straight(weights[vertices], edges, shares))
+        return Ties(positions, cones, weights)
 
     @cached_property
     def tied(self) -> Bools:
@@ -121,6 +122,24 @@ def _weights(vertices: Ints, edges: Ints, shares: Floats, count: int) -> sparse.
     result = sparse.csr_array(weights)
     result.eliminate_zeros()
     return result
+
+
+def _straight(weights: sparse.csr_array, edges: Ints, shares: Floats) -> tuple[Ints, Floats]:
+    """Tie what moves by a mean of two free vertices to these two, whatever lies between.
+
+    It says the same, and a chain of ties along a seam would take the solvers many steps to follow.
+
+    Args:
+        weights: (k, n) of the vertices that follow.
+        edges: (k, 2) what each lies on.
+        shares: (k,) where.
+    """
+    two = np.diff(weights.indptr) == 2
+    first = weights.indptr[:-1][two]
+    edges, shares = edges.copy(), shares.copy()
+    edges[two] = weights.indices[first[:, None] + np.arange(2)]
+    shares[two] = weights.data[first + 1]
+    return edges, shares
 
 
 def _through_others(free: sparse.csr_array, others: sparse.csr_array) -> sparse.csr_array:

@@ -17,8 +17,8 @@ class EdgeTies(ConeFamily):
     """Three rows in the zero cone for each vertex.
 
     Attributes:
-        vertices: (k, 3) the vertex and the ends of its edge.
-        shares: (k,) t, where on the edge it lies.
+        vertices: (k, 3) the vertex and the ends of its edge, or two others that it follows.
+        shares: (k,) t, where between them it lies.
         offsets: (k, 3) o, how it lies off that place in the input.
     """
 

@@ -89,6 +89,19 @@ def test_what_follows_others_that_follow_moves_by_a_mean_of_the_free() -> None:
     np.testing.assert_allclose(ties.weights[[1]].toarray(), [[2 / 3, 0, 0, 1 / 3]])
 
 
+def test_a_chain_of_ties_is_stated_as_ties_to_its_ends() -> None:
+    cones = following({1: (0, 2), 2: (1, 3)}, {1: 0.5, 2: 0.5}, 4).cones
+
+    np.testing.assert_array_equal(cones.vertices, [[1, 0, 3], [2, 0, 3]])
+    np.testing.assert_allclose(cones.shares, [1 / 3, 2 / 3])
+
+
+def test_what_follows_three_is_tied_to_its_edge() -> None:
+    cones = following({1: (0, 2), 2: (3, 4)}, {1: 0.5, 2: 0.5}, 5).cones
+
+    np.testing.assert_array_equal(cones.vertices, [[1, 0, 2], [2, 3, 4]])
+
+
 def test_where_all_around_a_seam_follow_each_other_one_is_left_free() -> None:
     ties = following({0: (1, 2), 1: (2, 0), 2: (0, 1)}, {0: 0.5, 1: 0.3, 2: 0.8}, 3)
 
