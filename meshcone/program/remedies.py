@@ -17,7 +17,8 @@ from meshcone.surface.arrays import Bools
 
 # Guard rounds follow where more than so many faces, and than this share of them, are amiss. Where
 # it is more than that share they mend too little, as on a sheet, half of whose faces are opposed.
-# They may cost this much of the distance: of its mean, its 95th percentile and the largest.
+# They may cost this much of the distance: of its mean, its 95th percentile and the largest of
+# samples and vertices.
 _FEWEST_AMISS, _AMISS_SHARE, _MOST_AMISS_SHARE = 4, 0.001, 0.25
 _MENDING_COST = 1.02
 _LARGEST_COST = 1.1  # what is measured of the largest depends on which samples meet it
@@ -119,4 +120,4 @@ def _is_near(mended: Examined, found: Examined, largest: float) -> bool:
     """Tell whether what guard rounds have mended costs next to nothing in distance."""
     now, was = mended.distances, found.distances
     near = now.mean <= _MENDING_COST * was.mean and now.p95 <= _MENDING_COST * was.p95
-    return near and mended.largest <= largest * found.largest
+    return near and mended.farthest_vertex <= largest * found.farthest_vertex

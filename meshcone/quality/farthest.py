@@ -49,6 +49,11 @@ def largest_distance(mesh: Mesh, tree: SurfaceTree, least: float) -> float:
     return largest
 
 
+def largest_at_vertices(mesh: Mesh, tree: SurfaceTree) -> float:
+    """Return the largest distance of a mesh's vertices."""
+    return float(_at_vertices(mesh, tree).max(initial=0.0))
+
+
 def beyond(mesh: Mesh, tree: SurfaceTree, limit: float) -> Beyond:
     """Find what of a mesh's vertices and faces is farther than a limit."""
     at_vertices = _at_vertices(mesh, tree)

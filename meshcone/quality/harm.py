@@ -16,7 +16,7 @@ from meshcone.quality.contacts import Contacts, border_contacts
 from meshcone.quality.cracks import count_cracks
 from meshcone.quality.defects import DefectCheck
 from meshcone.quality.facing import orientation_of
-from meshcone.quality.farthest import beyond, largest_distance
+from meshcone.quality.farthest import beyond, largest_at_vertices, largest_distance
 from meshcone.quality.intersections import count_self_intersections
 from meshcone.surface import Mesh, SurfaceTree, without_copies
 from meshcone.surface.arrays import Bools, Floats, row_dot
@@ -169,6 +169,11 @@ class HarmCheck:
         there = largest_distance(mesh, self._tree, least)
         return largest_distance(self._tree.mesh, SurfaceTree(mesh), there)
 
+    def farthest_vertex(self, mesh: Mesh) -> float:
+        """Return the largest distance of a vertex of either mesh from the other."""
+        there = largest_at_vertices(mesh, self._tree)
+        return max(there, largest_at_vertices(self._tree.mesh, SurfaceTree(mesh)))
+
     def shrunken(self, mesh: Mesh) -> Bools:
         """Find the faces of connected pieces that have fallen to a fraction of their area, (m,)."""
         return self._defects.shrunken(mesh)
@@ -209,6 +214,11 @@ class Examined:
     def largest(self) -> float:
         """The largest distance of samples, vertices, edges and faces, both ways, in the radius."""
         return self._check.farthest(self.mesh, self.distances.max)
+
+    @cached_property
+    def farthest_vertex(self) -> float:
+        """The largest distance of samples and vertices, which has less to do with single faces."""
+        return max(self.distances.max, self._check.farthest_vertex(self.mesh))
 
     @cached_property
     def opposed(self) -> int:
