@@ -81,4 +81,4 @@ def test_a_damaged_upload_counts_as_not_sent(
 
 
 def tag_of(http: httpx2.Client, job: Job) -> str:
-    return str(http.head(f"/v1/jobs/{job.id}/mesh").headers["etag"]).strip('"')
+    return str(http.head(f"/v1/jobs/{job.id}/mesh").headers["etag"]).removeprefix("W/").strip('"')

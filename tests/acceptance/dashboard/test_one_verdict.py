@@ -126,7 +126,7 @@ def by_submit(directory: Path, url: str) -> str:
     assignments = [f"--set={key}={json.dumps(value)}" for key, value in OPTIONS.items()]
     arguments = ("submit", *pair, "--server", url, "--report", "r.json", *assignments)
     done = meshcone(directory, *arguments)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode in (0, 1), done.stderr
     return str(json.loads((directory / "r.json").read_text())["gates"]["verdict"])
 
 
