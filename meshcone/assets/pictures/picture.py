@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import struct
+import threading
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -93,15 +94,19 @@ _PILLOW_ERRORS = (
     IndexError,
     KeyError,
     OverflowError,
-    Pillow.DecompressionBombError,
 )
+# Pillow's cap on texels is a setting of the whole process, and refuses to read the header of an
+# image whose pixels nobody asks for.
+_UNCAPPED = threading.Lock()
 
 
 def _opened(data: bytes) -> Pillow.Image:
-    with warnings.catch_warnings():
-        # The caps on texels here are ours.
-        warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
-        return Pillow.open(io.BytesIO(data), formats=tuple(_FORMATS))
+    with _UNCAPPED, warnings.catch_warnings():
+        most, Pillow.MAX_IMAGE_PIXELS = Pillow.MAX_IMAGE_PIXELS, None
+        try:
+            return Pillow.open(io.BytesIO(data), formats=tuple(_FORMATS))
+        finally:
+            Pillow.MAX_IMAGE_PIXELS = most
 
 
 def grouped_by_content(pictures: tuple[Picture, ...]) -> Iterator[list[int]]:

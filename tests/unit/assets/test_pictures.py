@@ -145,3 +145,17 @@ def test_an_image_after_one_that_ended_the_process_is_decoded() -> None:
             decoder.pixels(read(encoded(picture())))
 
         assert decoder.pixels(read(encoded(picture()))).shape == (32, 64, 4)
+
+
+def test_the_header_of_an_image_that_is_too_large_to_decode_is_read(
+    decoder: PictureDecoder,
+) -> None:
+    most = Pillow.MAX_IMAGE_PIXELS
+
+    found = read(lying(16_384, 16_384))
+
+    assert (found.format, found.width, found.fault) == ("png", 16_384, None)
+    assert most == Pillow.MAX_IMAGE_PIXELS
+    with pytest.raises(UndecodableError, match="more than the 67,108,864 texels") as refusal:
+        decoder.pixels(found)
+    assert not refusal.value.damaged
