@@ -75,7 +75,9 @@ def border_contacts(mesh: Mesh, most_pairs: int, sides: Bools | None = None) -> 
     vertices, edges = vertices[~own], edges[~own]
     shares, gaps = nearest_on_edges(mesh.vertices[vertices], mesh.vertices[ends[edges]])
     allowed = np.minimum(GAP, GAP_OVER_EDGE * np.minimum(lengths[edges], shortest[vertices]))
-    kept = gaps <= allowed
+    # All of a hole that has shrunk to a dot lies on itself, and of a face without height.
+    _, heights = nearest_on_edges(mesh.vertices[opposite], mesh.vertices[ends])
+    kept = (gaps <= allowed) & (np.minimum(lengths, heights)[edges] > GAP)
     vertices, edges, shares, allowed = (a[kept] for a in (vertices, edges, shares, allowed))
     inside = np.minimum(shares, 1 - shares) * lengths[edges] > allowed
     return Contacts(vertices, ends[edges], shares, gaps[kept], inside)

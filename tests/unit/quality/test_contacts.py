@@ -42,6 +42,15 @@ def test_a_mesh_far_smaller_than_the_gap_touches_itself_nowhere() -> None:
     assert not len(border_contacts(tiny.moved_to(1e-6 * tiny.vertices), PAIRS).vertices)
 
 
+def test_a_hole_that_has_shrunk_to_a_line_does_not_lie_on_itself() -> None:
+    holed = sheet(4, 4)
+    hole = (np.abs(holed.corners.mean(axis=1)[:, :2] - 1.5) < 0.5).all(axis=1)
+    shrunk = holed.vertices.copy()
+    shrunk[[5, 6, 10, 9]] = 1.5 + np.outer([0, 2.2, 3.1, 0.8], [1e-5, 1e-5, 0])  # around it
+
+    assert not len(border_contacts(Mesh(shrunk, holed.faces[~hole]), PAIRS).vertices)
+
+
 def test_nothing_is_found_where_there_are_too_many_edges_to_compare() -> None:
     assert not len(border_contacts(joined_halves(2, 4), 3).vertices)
 
