@@ -59,7 +59,7 @@ export function askForKey() {
 
 export const authorization = () => (key() ? { Authorization: `Bearer ${key()}` } : {});
 
-export async function problemOf(response) {
+async function problemOf(response) {
   let document = {};
   try { document = await response.json(); } catch { document = { detail: response.statusText }; }
   return new Problem(response.status, document);

@@ -12,14 +12,16 @@ const shown = (value) => (value === null ? "not tested" : Array.isArray(value) ?
 
 /** One family as a table that opens: its values, under the names gates use, for each mesh. */
 function family(name, asset, sides) {
-  const values = Object.keys(asset[sides[0]][name]).filter((value) => isShown(asset[sides[0]][name][value]));
+  // A value may be a list of words on one side and of records on another, as with nothing in it.
+  const of = (side, value) => asset[side][name]?.[value];
+  const values = Object.keys(asset[sides[0]][name]).filter((value) => sides.every((side) => of(side, value) === undefined || isShown(of(side, value))));
   return h("details", { "data-family": name },
     h("summary", null, words(name)),
     h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": words(name) }, h("table", { class: "metrics" },
       h("thead", null, h("tr", null, h("th", { scope: "col" }, "Value"), sides.map((side) => h("th", { scope: "col", class: "number" }, words(side))))),
       h("tbody", null, values.map((value) => h("tr", null,
         h("th", { scope: "row", title: `asset.${name}.${value}` }, words(value)),
-        sides.map((side) => h("td", { class: "number" }, shown(asset[side][name][value])))))))));
+        sides.map((side) => h("td", { class: "number" }, shown(of(side, value))))))))));
 }
 
 /** What each file is: a table for each family of values. */

@@ -23,10 +23,10 @@ const count = (number) => number.toLocaleString("en");
 
 const pairsInWords = ({ pairs }) => `${count(pairs)} ${pairs === 1 ? "pair" : "pairs"}`;
 
-export const batchTitle = (batch) => batch.name ?? `Batch of ${pairsInWords(batch)}`;
+const batchTitle = (batch) => batch.name ?? `Batch of ${pairsInWords(batch)}`;
 
 /** How many came out how, worst first; what nothing came of is left out. */
-export function countsInWords(batch) {
+function countsInWords(batch) {
   const parts = COUNTED.map(([, title, of]) => [of(batch), title]).filter(([number]) => number > 0);
   return parts.map(([number, title]) => `${count(number)} ${title}`).join(" · ");
 }

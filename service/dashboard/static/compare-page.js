@@ -3,9 +3,9 @@
 import { getJson, said } from "meshcone/api";
 import { assetTrend } from "meshcone/asset-trend";
 import { byId, h } from "meshcone/dom";
-import { dateTime } from "meshcone/format";
+import { counted, dateTime } from "meshcone/format";
 import { hasEnded } from "meshcone/job-words";
-import { assetsOf } from "meshcone/trends";
+import { assetsOf, isBad } from "meshcone/trends";
 import { showTwo } from "meshcone/two-jobs";
 
 const MOST = 1000;  // jobs; the newest
@@ -39,7 +39,7 @@ async function jobsOf(label, signal) {
   return jobs.slice(0, MOST);
 }
 
-const counted = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
+const failing = (count) => `${counted(count, "asset")} ${count === 1 ? "fails" : "fail"}`;
 
 /** What a person comes for, in one sentence. */
 function headline(assets) {
@@ -48,9 +48,14 @@ function headline(assets) {
   const stopped = assets.filter(({ stoppedPassing }) => stoppedPassing).length;
   const broke = assets.filter(({ brokeNow }) => brokeNow).length - stopped;
   const compared = assets.length - of("new");
-  const facts = [stopped && `${counted(stopped, "asset")} stopped passing`, broke && `${counted(broke, "asset")} came to a worse end`, of("better") && `${counted(of("better"), "asset")} got better and no worse`, of("new") && `${counted(of("new"), "asset")} ran only once`];
+  const stillFail = assets.filter(({ brokeNow, before, ending }) => !brokeNow && before && isBad(ending)).length;
+  const failAtFirst = assets.filter(({ before, ending }) => !before && isBad(ending)).length;
+  const undecided = assets.filter(({ brokeNow, ending }) => !brokeNow && ending === "not_tested").length;
+  const facts = [stopped && `${counted(stopped, "asset")} stopped passing`, broke && `${counted(broke, "asset")} came to a worse end`, of("better") && `${counted(of("better"), "asset")} got better and no worse`, of("new") && `${counted(of("new"), "asset")} ran only once`, stillFail && `${failing(stillFail)} still`, failAtFirst && `${failing(failAtFirst)} in the only run`, undecided && `${counted(undecided, "asset")} not decided`];
   const words = compared === 0 ? "Nothing to compare yet: no asset has run twice" : worse === 0 ? "Nothing got worse" : `${worse} of ${counted(compared, "asset")} got worse`;
-  const kind = compared === 0 ? "" : worse ? "fail" : "pass";
+  // Green is for assets that are well, not for those that fail as they did.
+  const isWell = stillFail + failAtFirst + undecided === 0;
+  const kind = compared === 0 ? "" : worse ? "fail" : isWell ? "pass" : "";
   return h("section", { class: `card verdict ${kind}`, "data-testid": "headline" },
     h("h2", { class: "headline" }, words),
     h("p", { class: "soft" }, [...facts.filter(Boolean), "compared with the run before, by more than 5 %"].join(" · ")));

@@ -24,7 +24,7 @@ export const byId = (id) => document.getElementById(id);
 export const embedded = (id) => JSON.parse(byId(id)?.textContent ?? "{}");
 
 /** A button that copies a text and says so. */
-export function copyButton(text) {
+function copyButton(text) {
   const button = h("button", { type: "button", class: "quiet copy", onclick: copy }, "Copy");
   async function copy() {
     try {

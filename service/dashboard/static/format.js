@@ -14,6 +14,9 @@ export function number(value, digits = 3) {
 /** Three digits of a number of at least one, or as many as it has before the point. */
 const digits = (value) => (value >= 999.5 ? Math.round(value).toLocaleString("en") : value.toPrecision(3));
 
+/** Some things with their number: "1 asset", "3 assets". */
+export const counted = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
+
 export function bytes(count) {
   if (count < 1000) return `${count} bytes`;
   const units = ["kB", "MB", "GB", "TB"];

@@ -1,14 +1,14 @@
 // Every check of the gates, and the warnings beside them.
 
+import { boundWords } from "meshcone/bounds";
 import { h } from "meshcone/dom";
-import { number } from "meshcone/format";
 import { chip } from "meshcone/job-words";
-import { excess, showButton, sortedChecks } from "meshcone/verdict-card";
+import { checkWords, excess, showButton, sortedChecks } from "meshcone/verdict-card";
 
-function row(check, goTo) {
-  const asked = `${check.key} ${check.bound} ${number(check.limit ?? [check.allowed].flat().join(", "))}`;
+function row(report, check, goTo) {
+  const asked = `${check.key} ${boundWords(report, check)}`;
   return h("li", { "data-status": check.status }, chip(check.status),
-    h("span", { class: "grow" }, check.words, check.severity === "warning" && " (a warning)", h("code", { class: "soft asked" }, asked)),
+    h("span", { class: "grow" }, checkWords(check), h("code", { class: "soft asked" }, asked)),
     h("span", { class: "beyond" }, excess(check)),
     showButton(check.position, check.words, goTo));
 }
@@ -19,7 +19,7 @@ function checksCard(report, goTo) {
   }
   return h("section", { class: "card", "aria-labelledby": "checks-title" },
     h("h2", { id: "checks-title" }, "Checks"),
-    h("ul", { class: "told", "data-testid": "checks" }, sortedChecks(report).map((check) => row(check, goTo))));
+    h("ul", { class: "told", "data-testid": "checks" }, sortedChecks(report).map((check) => row(report, check, goTo))));
 }
 
 function warningsCard({ warnings }) {

@@ -38,7 +38,7 @@ function resultCell(job) {
  * @param {boolean} isWithin whether it stands below its batch
  */
 export function jobRow(job, selection, isWithin) {
-  const words = job.error ? job.error.detail : worstWords(job.summary);
+  const words = job.error ? job.error.detail : worstWords(job);
   const ending = job.state === "failed" ? "error" : job.verdict ?? "";
   return h("tr", { "data-id": job.id, class: `${hasEnded(job) ? ending : ""}${isWithin ? " within" : ""}` },
     nameCell(job, selection, isWithin),

@@ -1,7 +1,7 @@
 // A job's state, outcome and verdict, in chips and in words.
 
 import { h } from "meshcone/dom";
-import { number, times, words } from "meshcone/format";
+import { counted, number, times, words } from "meshcone/format";
 
 const OUTCOMES = {
   improved: "closer to its reference than it was",
@@ -36,11 +36,21 @@ export function stageWords(progress) {
 /** What the gates say of a report, as one sentence. */
 export function verdictSentence(gates) {
   if (!gates) return "No gates were set, so there is no verdict.";
-  const failed = gates.checks.filter((check) => check.status === "fail" && check.severity === "error").length;
-  const count = `${gates.checks.length} ${gates.checks.length === 1 ? "check" : "checks"}`;
-  if (gates.verdict === "pass") return `Passed: ${gates.checks.length === 1 ? "its check holds" : `${count} hold`}.`;
-  if (gates.verdict === "fail") return `Failed: ${failed} of ${count}.`;
-  return "Not decided: something could not be tested.";
+  const { checks, verdict } = gates;
+  const open = checks.filter(({ status }) => status !== "pass");
+  const warned = open.filter(({ severity }) => severity === "warning").length;
+  const withWarnings = warned ? `, with ${counted(warned, "warning")}` : "";
+  if (verdict === "pass") {
+    const held = checks.length - open.length;
+    if (open.length) return `Passed${withWarnings}: ${held} of ${counted(checks.length, "check")} ${held === 1 || checks.length === 1 ? "holds" : "hold"}.`;
+    return `Passed: ${checks.length === 1 ? "its check holds" : `${counted(checks.length, "check")} hold`}.`;
+  }
+  if (verdict === "fail") {
+    // A warning decides nothing, so that it is not among those of which some failed.
+    const deciding = checks.filter(({ severity }) => severity === "error");
+    return `Failed${withWarnings}: ${deciding.filter(({ status }) => status === "fail").length} of ${counted(deciding.length, "check")}.`;
+  }
+  return `Not decided${withWarnings}: something could not be tested.`;
 }
 
 /** What lengths are told in: as the report's own sentences have it, by the formats of its files. */
@@ -52,7 +62,7 @@ export function unitOf({ inputs }) {
 
 /** Whether a tolerance was reached, and where it was not. */
 export function withinSentence({ asked, reached, attempts, places, unit }) {
-  const tries = `${attempts} ${attempts === 1 ? "refinement" : "refinements"}`;
+  const tries = counted(attempts, "refinement");
   if (reached) return `Within ${asked}, as asked: reached with ${tries}.`;
   const worst = places[0];
   const where = worst ? ` Worst place: ${number(worst.distance_model)} ${unit} off near (${worst.position.map((each) => number(each)).join(", ")}).` : "";
@@ -87,9 +97,11 @@ function changesSentence(changes) {
 }
 
 /** What is worst about a finished job, for a row of a table. */
-export function worstWords(summary) {
+export function worstWords({ summary, verdict }) {
   if (!summary) return "";
-  if (summary.worst) return summary.worst.words;
+  const { worst } = summary;
+  // What does not pass in a job that passes is a warning.
+  if (worst) return `${worst.words}${verdict === "pass" && worst.status !== "pass" ? " (a warning)" : ""}`;
   if (summary.radius === null) return "";
   return `worst deviation ${number(summary.metrics["point_to_surface.max"] * summary.radius)}`;
 }

@@ -1,5 +1,6 @@
 // Every metric of a report: input, refined, floor, and what the gates ask of it.
 
+import { boundWords } from "meshcone/bounds";
 import { embedded, h } from "meshcone/dom";
 import { number } from "meshcone/format";
 import { chip } from "meshcone/job-words";
@@ -49,9 +50,9 @@ function tendency(name, before, after) {
   return (after > before) === BETTER_IF_LARGER.has(name) ? "better" : "worse";
 }
 
-function gateCell(checks) {
+function gateCell(report, checks) {
   return checks.map((check) => h("div", { title: check.words }, chip(check.status), " ",
-    h("span", { class: "soft" }, `${check.bound.replaceAll("_", " ")} ${number(check.limit ?? (Array.isArray(check.allowed) ? check.allowed.join(", ") : check.allowed))}`)));
+    h("span", { class: "soft" }, boundWords(report, check).replaceAll("_", " "))));
 }
 
 const title = (text) => text[0].toUpperCase() + text.slice(1).replace(/, in degrees$/, "");
@@ -95,7 +96,7 @@ export function metricsTable(report) {
           refined && h("td", { class: `number ${tendency(name, before, after)}` }, shown(name, after, model)),
           h("td", { class: "number soft" }, shown(name, floor[name], model)),
           refined && h("td", { class: "bars" }, bars(before, after)),
-          h("td", null, gateCell(checks.filter((check) => check.key === name))));
+          h("td", null, gateCell(report, checks.filter((check) => check.key === name))));
       });
       return rows.length ? [h("tr", { class: "group" }, h("th", { colspan: "6", scope: "rowgroup" }, group)), ...rows] : [];
     }));

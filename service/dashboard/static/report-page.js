@@ -5,6 +5,7 @@ import { byId, embedded, h } from "meshcone/dom";
 import { chip } from "meshcone/job-words";
 import { reportSections } from "meshcone/report-view";
 import { pathsOf } from "meshcone/sides";
+import { checkWords, sortedChecks } from "meshcone/verdict-card";
 
 const ORDER = ["error", "fail", "not_tested", "worse"];
 const place = byId("report");
@@ -32,8 +33,8 @@ const heading = (asset) => h("div", { class: "title-row" }, h("div", { class: "g
 
 function worst(asset) {
   if (asset.error) return asset.error;
-  const bad = asset.report?.gates?.checks.find((check) => check.status !== "pass");
-  return bad ? bad.words : "";
+  const [first] = asset.report ? sortedChecks(asset.report) : [];
+  return first && first.status !== "pass" ? checkWords(first) : "";
 }
 
 function list() {

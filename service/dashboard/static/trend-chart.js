@@ -2,7 +2,7 @@
 
 import { embedded, h, svg } from "meshcone/dom";
 import { dateTime, number } from "meshcone/format";
-import { changeWords, largerIsBetter, unitOf, WORTH_TELLING, worsening } from "meshcone/trends";
+import { changeWords, largerIsBetter, scaleOfMetric, WORTH_TELLING, worsening } from "meshcone/trends";
 
 const [WIDTH, HEIGHT] = [270, 104];
 const EDGE = { left: 62, right: 12, top: 10, bottom: 22 };
@@ -57,12 +57,12 @@ export function trendChart(metric, asset) {
   const runs = asset.measured.filter((job) => metric in job.summary.metrics);
   const points = runs.map((job) => {
     const raw = job.summary.metrics[metric];
-    return { raw, value: raw * unitOf(metric, job.summary.radius).scale, time: new Date(job.created).getTime(), job };
+    return { raw, value: raw * scaleOfMetric(metric, job.summary.radius).scale, time: new Date(job.created).getTime(), job };
   });
   const { value, raw, job } = points.at(-1);
   const before = points.at(-2);
   const change = before && changeWords(worsening(metric, before.raw, raw));
-  const unit = unitOf(metric, job.summary.radius).name;
+  const unit = scaleOfMetric(metric, job.summary.radius).name;
   const told = `${metricName(metric)} of ${asset.name}: ${number(value)} ${unit} now, ${points.length} runs${largerIsBetter(metric) ? ", best at 1" : ""}`;
   return h("div", { class: "trend-chart" },
     h("div", { class: "trend-name", title: metricName(metric) }, metricName(metric)),

@@ -1,14 +1,19 @@
 // Runs of the same assets over time: how each value went, and who got worse since the run before.
 
+import { pairWords } from "meshcone/job-words";
+
 export const WORTH_TELLING = 1.05;  // a change of less is told apart from noise by nobody
 const BETTER_IF_LARGER = new Set(["normal_consistency", "fscore"]);
 const DISTANCES = new Set(["point_to_surface.mean", "point_to_surface.rms", "point_to_surface.p95", "point_to_surface.max", "hausdorff", "emd"]);
+// Of samples of both surfaces, which tell less than the exact distances of all vertices where both are there.
+const SAMPLED = new Set(["hausdorff", "hausdorff95", "emd", "chamfer", "chamfer_l1", "fscore", "normal_consistency"]);
+const EXACT = "point_to_surface.max";
 const FIRST = ["point_to_surface.max", "point_to_surface.p95", "point_to_surface.mean", "normal_deviation_deg"];
 
 export const largerIsBetter = (metric) => BETTER_IF_LARGER.has(metric);
 
 /** What a value is given in, and what leads to it from the value of a summary. */
-export function unitOf(metric, radius) {
+export function scaleOfMetric(metric, radius) {
   if (DISTANCES.has(metric)) return { name: "model units", scale: radius };
   if (metric === "chamfer") return { name: "square model units", scale: radius * radius };
   return { name: "", scale: 1 };  // degrees are in the name
@@ -33,7 +38,7 @@ export function endingOf(job) {
   return job.state === "succeeded" ? job.verdict ?? "done" : job.state;
 }
 
-const isBad = (ending) => ending === "fail" || ending === "error";
+export const isBad = (ending) => ending === "fail" || ending === "error";
 
 /** What is a worse end than each: less is known of the asset, or worse. */
 const WORSE_ENDS = { pass: ["not_tested", "fail", "error"], not_tested: ["fail", "error"], done: ["fail", "error"], fail: ["error"], error: [] };
@@ -41,7 +46,7 @@ const WORSE_ENDS = { pass: ["not_tested", "fail", "error"], not_tested: ["fail",
 const measured = (job) => Object.keys(job.summary?.metrics ?? {}).length > 0;
 
 /** What a sender calls a pair of a batch, else the names of its files. */
-export const pairName = (job) => job.name ?? (job.reference ? `${job.source.name} → ${job.reference.name}` : job.source.name);
+export const pairName = (job) => job.name ?? pairWords(job);
 
 /** One asset: its runs from the oldest to the newest, and what has changed with the last. */
 class Asset {
@@ -54,7 +59,8 @@ class Asset {
     this.brokeNow = this.before !== null && WORSE_ENDS[endingOf(this.before)].includes(this.ending);
     this.stoppedPassing = this.brokeNow && endingOf(this.before) === "pass";
     this.changes = new Map(this.#changes());
-    this.worst = Math.max(0, ...this.changes.values());
+    this.telling = new Map([...this.changes].filter(([metric]) => !(SAMPLED.has(metric) && this.changes.has(EXACT))));
+    this.worst = Math.max(0, ...this.telling.values());
   }
 
   /** Each metric of the last run with how much worse it is than in the run before. */
@@ -68,14 +74,14 @@ class Asset {
   get state() {
     if (this.runs.length < 2) return "new";
     if (this.brokeNow || this.worst > WORTH_TELLING) return "worse";
-    return [...this.changes.values()].some((factor) => factor < 1 / WORTH_TELLING) ? "better" : "same";
+    return [...this.telling.values()].some((factor) => factor < 1 / WORTH_TELLING) ? "better" : "same";
   }
 
   /** The metrics, what got worse most before all others. */
   get metrics() {
     const known = [...new Set(this.measured.flatMap((job) => Object.keys(job.summary.metrics)))];
     const place = (metric) => (FIRST.includes(metric) ? FIRST.indexOf(metric) : FIRST.length);
-    const worse = (metric) => Math.max(this.changes.get(metric) ?? 0, WORTH_TELLING);
+    const worse = (metric) => Math.max(this.telling.get(metric) ?? 0, WORTH_TELLING);
     return known.sort((a, b) => worse(b) - worse(a) || place(a) - place(b));
   }
 }

@@ -9,7 +9,7 @@ import { colourOf, cssColour } from "meshcone/palette";
 import { quantile, readPreview } from "meshcone/scene-file";
 import { thumbnail } from "meshcone/thumbnail";
 import { metricName } from "meshcone/trend-chart";
-import { changeWords, endingOf, pairName, unitOf, worsening } from "meshcone/trends";
+import { changeWords, endingOf, pairName, scaleOfMetric, worsening } from "meshcone/trends";
 import { Viewer } from "meshcone/viewer";
 
 const SIDES = ["Before", "After"];
@@ -115,9 +115,9 @@ function table(before, after) {
   const metrics = Object.keys(of(after)).filter((metric) => metric in of(before)).sort((a, b) => factor(b) - factor(a));
   if (!metrics.length) return h("p", { class: "card soft" }, `The two have no value in common: ${whyNone([before, after])}.`);
   const row = (metric) => {
-    const [was, now] = [before, after].map((job) => of(job)[metric] * unitOf(metric, job.summary.radius).scale);
+    const [was, now] = [before, after].map((job) => of(job)[metric] * scaleOfMetric(metric, job.summary.radius).scale);
     const change = changeWords(factor(metric));
-    const unit = unitOf(metric, 1).name;
+    const unit = scaleOfMetric(metric, 1).name;
     return h("tr", null,
       h("th", { scope: "row" }, metricName(metric), unit && h("span", { class: "hint" }, ` ${unit}`)),
       [was, now].map((value) => h("td", { class: "number" }, number(value))),

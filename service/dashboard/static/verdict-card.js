@@ -6,6 +6,7 @@ import { outcomeSentence, verdictSentence, withinSentence } from "meshcone/job-w
 
 const ORDER = { fail: 0, not_tested: 1, pass: 2 };
 const SHOWN = 2;  // checks that did not pass; the tab has all
+const JUST_OVER = 1.05;  // times the bound, below which two digits would say that it is kept
 const SIGNS = { pass: "M5 12.5 10 17.5 19.5 7", fail: "M7 7 17 17M17 7 7 17", not_tested: "M12 6v8M12 17.6v.4" };
 
 /** A sign for a state, beside words that say the same. */
@@ -17,10 +18,15 @@ const rank = ({ status, severity }) => 2 * ORDER[status] + (severity === "warnin
 /** The checks of a report, those that did not pass first, and of these the errors. */
 export const sortedChecks = (report) => [...(report.gates?.checks ?? [])].sort((a, b) => rank(a) - rank(b));
 
+/** What a check found, and that it is a warning where it is one. */
+export const checkWords = ({ words, severity }) => `${words}${severity === "warning" ? " (a warning)" : ""}`;
+
 /** By how much a value is beyond its bound, in words; null where a ratio says nothing. */
 export function excess({ bound, status, value, limit }) {
   if (status !== "fail" || !bound.startsWith("max") || typeof value !== "number" || !(limit > 0)) return null;
-  return value / limit > 1000 ? "over 1000 × allowed" : `${number(value / limit, 2)} × allowed`;
+  const times = value / limit;
+  if (times < JUST_OVER) return "just over";
+  return times > 1000 ? "over 1000 × allowed" : `${number(times, 2)} × allowed`;
 }
 
 /** A button that flies to where a check was decided. */
@@ -29,7 +35,7 @@ export const showButton = (position, words, goTo) => position && goTo && h("butt
 function reason(check, goTo) {
   const beyond = excess(check);
   return h("li", null, sign(check.status),
-    h("span", { class: "grow" }, check.words, check.severity === "warning" ? " (a warning)" : ""),
+    h("span", { class: "grow" }, checkWords(check)),
     beyond && h("span", { class: "beyond" }, beyond),
     showButton(check.position, check.words, goTo));
 }

@@ -1,6 +1,7 @@
 // The card around the viewer: what to show and how, the scale, and where to look.
 
 import { Axes } from "meshcone/axes";
+import { contrastThreshold, distanceThreshold } from "meshcone/bounds";
 import { decodeImages } from "meshcone/corners";
 import { h } from "meshcone/dom";
 import { findingAt, findings } from "meshcone/findings";
@@ -18,20 +19,6 @@ import { choice, layoutTools, TITLES, viewButtons } from "meshcone/viewer-tools"
 
 const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over; Enter measures from the middle.";
 const COLOURS = { shape: "Shape", skin: "Textures", contrast: "Colour difference", deviation: "Deviation", signed: "Signed", uv: "UV", tension: "Cone tension" };
-
-/** The bound that gates put on a distance, relative to the radius; null if there is none. */
-function thresholdOf(report) {
-  const bounds = (report.gates?.checks ?? []).filter(({ key, bound, limit }) => key.startsWith("point_to_surface.") && bound.startsWith("max") && typeof limit === "number");
-  const check = bounds.find(({ key }) => key.endsWith(".max")) ?? bounds[0];
-  if (!check) return null;
-  return check.bound.includes("model") ? check.limit / report.frame.radius : check.limit;
-}
-
-/** The bound that gates put on the difference of colours; null if there is none. */
-function contrastThreshold(report) {
-  const bounds = (report.gates?.checks ?? []).filter(({ key, bound, limit }) => key.startsWith("appearance.color_difference.") && bound.startsWith("max") && typeof limit === "number");
-  return bounds[0]?.limit ?? null;
-}
 
 export class ViewerCard {
   /**
@@ -68,7 +55,7 @@ export class ViewerCard {
       this.viewer = new Viewer(THREE, this.canvas, this.preview);
       this.viewer.onDraw = (panes) => this.drawn(panes);
       this.viewer.onLost = (lost) => { if (lost) this.cover(LOST); else this.uncover(); };
-      this.legend.take(this.preview, { deviation: thresholdOf(this.report), contrast: contrastThreshold(this.report) });
+      this.legend.take(this.preview, { deviation: distanceThreshold(this.report), contrast: contrastThreshold(this.report) });
       this.begin();
       this.uncover();
       this.view.dataset.ready = "true";

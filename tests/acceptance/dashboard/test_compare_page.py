@@ -71,6 +71,35 @@ def test_an_asset_that_passes_again_did_not_get_worse(page: Page) -> None:
     expect(page.get_by_test_id("headline")).to_contain_text("Nothing got worse")
 
 
+def test_assets_that_fail_still_are_told_and_nothing_is_green(page: Page) -> None:
+    failing = {"verdict": "fail"}
+    answer(page, {"night": [job("a", **failing), job("a", NIGHTS[1], **failing)]})
+    page.goto("/compare?label=night")
+
+    headline = page.get_by_test_id("headline")
+    expect(headline).to_contain_text("Nothing got worse")
+    expect(headline).to_contain_text("1 asset fails still")
+    expect(headline).not_to_have_class(re.compile(r"\bpass\b"))
+
+
+def test_a_value_of_samples_makes_no_asset_worse_whose_exact_distance_is_better(
+    page: Page,
+) -> None:
+    before, now = (
+        {"summary": {"radius": 1.0, "worst": None, "metrics": metrics}}
+        for metrics in (
+            {"point_to_surface.max": 0.9, "hausdorff": 0.1},
+            {"point_to_surface.max": 0.05, "hausdorff": 0.2},
+        )
+    )
+    answer(page, {"night": [job("a", **before), job("a", NIGHTS[1], **now)]})
+    page.goto("/compare?label=night")
+
+    headline = page.get_by_test_id("headline")
+    expect(headline).to_contain_text("Nothing got worse")
+    expect(headline).to_contain_text("1 asset got better")
+
+
 @pytest.mark.parametrize(
     "named", [{"chair": "chair", "lamp": "lamp"}, {"chair": None, "lamp": None}]
 )
