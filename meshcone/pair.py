@@ -95,15 +95,16 @@ class Pair:
     def in_model_units(self) -> tuple[Mesh, Mesh]:
         """The surfaces of source and reference outside the frame."""
         source, reference = (
-            mesh.moved_to(self.frame.out_of(mesh.vertices))
+            mesh.moved_to(self.frame.out_of(mesh.vertices), self.frame.radius)
             for mesh in (self.source, self.reference)
         )
         return source, reference
 
     def placed(self, alignment: Alignment) -> Pair:
         """Move the source by an alignment that is known."""
+        unplaced = _in_frame(self.frame, self.source_asset)
         moved = transform_points(alignment.matrix, self.source_asset.vertices)
-        source = Mesh(self.frame.into(moved), self.source.faces)
+        source = unplaced.moved_to(self.frame.into(moved), scale_of(alignment.matrix))
         return replace(self, source=source, alignment=alignment)
 
     @property
@@ -130,7 +131,7 @@ class Pair:
         added = len(subdivision.parents) - subdivision.sources
         if len(asset.triangles) != len(self.source_asset.triangles) + added:
             raise InputError("the divided file is read as other faces", file=asset.name)
-        source = Mesh(self.frame.into(asset.vertices), asset.faces)
+        source = _in_frame(self.frame, asset)
         pair = replace(self, source_asset=asset, source=source).under(options)
         return pair if self.alignment is None else pair.placed(self.alignment)
 
@@ -301,11 +302,17 @@ def read_pair(source: MeshFile, reference: MeshFile, options: Options) -> Pair:
         reference_file=reference,
         source_asset=source_asset,
         reference_asset=reference_asset,
-        source=Mesh(frame.into(source_asset.vertices), source_asset.faces),
-        reference=model.moved_to(frame.into(model.vertices)),
+        source=_in_frame(frame, source_asset),
+        reference=_in_frame(frame, reference_asset),
         frame=frame,
         reading=reading,
     )
+
+
+def _in_frame(frame: Frame, asset: Asset) -> Mesh:
+    """Bring the surface of a file into the frame, with the precision of its numbers."""
+    precision = asset.precision / frame.radius
+    return Mesh(frame.into(asset.vertices), asset.faces, asset.is_points, precision)
 
 
 def describe(file: MeshFile, asset: Asset, validity: Validity) -> InputRecord:

@@ -6,6 +6,7 @@ import abc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 from weakref import ReferenceType, ref
 
@@ -165,6 +166,23 @@ class Asset(abc.ABC):
     def collapsed(self) -> int:
         """How many triangles of the file are not among the faces: two of their corners coincide."""
         return len(self._surface.triangles) - len(self.faces)
+
+    @cached_property
+    def precision(self) -> NDArray[np.float64]:
+        """(n,) how far apart the numbers are that the file can hold at each welded vertex.
+
+        In model units; 0 where they are those of a float64.
+        """
+        used = self.weld >= 0
+        found = np.zeros(len(self.vertices))
+        np.maximum.at(found, self.weld[used], self.precision_as_listed[used])
+        found.setflags(write=False)
+        return found
+
+    @cached_property
+    def precision_as_listed(self) -> NDArray[np.float64]:
+        """(r,) the same of each raw vertex."""
+        return np.zeros(len(self.positions))
 
     @property
     def triangles(self) -> NDArray[np.int64]:

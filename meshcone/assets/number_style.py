@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,15 @@ _FEWEST_DIGITS = 6
 _MOST_DIGITS = 17  # what it takes to write any float64 so that it reads back the same
 _FEWEST_DECIMALS_OF_NORMALS = 4
 _MOST_DECIMALS = 20
+
+
+def steps_of_floats(positions: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[np.float64]:
+    """(n,) how far apart numbers of a type are at positions (n, 3); 0 unless it is a float32."""
+    if kind.kind != "f" or kind.itemsize != 4:
+        return np.zeros(len(positions))
+    with np.errstate(over="ignore", invalid="ignore"):
+        largest = np.abs(positions).max(axis=1, initial=0.0).astype(np.float32)
+        return np.asarray(np.spacing(largest), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,15 @@ class NumberStyle:
     def format(self) -> bytes:
         """For the % operator."""
         return b"%%.%d%s" % (self.digits, b"f" if self.fixed else b"g")
+
+    def steps(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) how far apart the numbers are that it writes for positions (n, 3)."""
+        if self.fixed:
+            return np.full(len(positions), 10.0**-self.digits)
+        if self.digits >= _MOST_DIGITS - 1:  # those of a float64
+            return np.zeros(len(positions))
+        largest = np.maximum(np.abs(positions).max(axis=1, initial=0.0), 1e-300)
+        return np.asarray(10.0 ** (np.floor(np.log10(largest)) + 1 - self.digits))
 
     def resolving(self, positions: NDArray[np.float64]) -> NumberStyle:
         """The same style with as many digits as positions (n, 3) of this size need.

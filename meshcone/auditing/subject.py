@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
 
-import numpy as np
-
 from meshcone.assets import Asset
 from meshcone.assets.content import Content, Draw
 from meshcone.files import MeshFile
+from meshcone.quality.no_area import without_area
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, row_lengths
 
 UV_SETS_READ = 8  # of a primitive; no viewer reads more
-_EPSILON = 1e-14
 
 T = TypeVar("T")
 
@@ -57,19 +55,19 @@ class Subject:
     @cached_property
     def mesh(self) -> Mesh:
         """The welded surface, in model units."""
-        return Mesh(self.asset.vertices, self.asset.faces)
+        asset = self.asset
+        return Mesh(asset.vertices, asset.faces, precision=asset.precision)
 
     @cached_property
     def listed(self) -> Mesh:
         """All triangles that the file lists, over its raw vertices."""
-        return Mesh(self.asset.positions, self.asset.triangles)
+        asset = self.asset
+        return Mesh(asset.positions, asset.triangles, precision=asset.precision_as_listed)
 
     @cached_property
     def solid(self) -> Bools:
         """(k,) which of the listed triangles have an area."""
-        sides = self.listed.corners - np.roll(self.listed.corners, 1, axis=1)
-        longest = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
-        return np.asarray(self.listed.face_areas > _EPSILON * longest)
+        return ~without_area(self.listed)
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:

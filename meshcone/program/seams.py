@@ -65,7 +65,8 @@ class Seams:
         group = np.argsort(order)[member].astype(np.int64)
         joined = source
         if len(first) < count:
-            joined = Mesh(source.vertices[first], group[source.faces])
+            precision = None if source.precision is None else source.precision[first]
+            joined = Mesh(source.vertices[first], group[source.faces], precision=precision)
         contacts = border_contacts(joined, _MOST_PAIRS, source.border_sides)
         return Seams(source, joined, group, first, Ties.of(joined.vertices, contacts))
 

@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from meshcone.quality.curvature import BALL_RADIUS
+from meshcone.quality.no_area import without_area
 from meshcone.quality.records import AspectRatio, Metrics, PointToSurface, Validity
 from meshcone.quality.sampled import SampledSurface
 from meshcone.stopwatch import Stopwatch
@@ -220,7 +221,7 @@ def aspect_ratio(mesh: Mesh) -> AspectRatio:
     of mean and median and counted in the share of slivers.
     """
     sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, -1, axis=1), axis=2)
-    flat = mesh.face_areas <= 1e-14 * sides.max(axis=1) ** 2
+    flat = without_area(mesh)
     solid = ~flat
     ratios = (sides[solid].max(axis=1) * sides[solid].sum(axis=1)) / (
         4 * np.sqrt(3) * mesh.face_areas[solid]

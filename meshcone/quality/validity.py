@@ -9,9 +9,10 @@ from scipy.sparse.csgraph import connected_components
 from meshcone.quality.cracks import count_cracks
 from meshcone.quality.edge_uses import EdgeUses
 from meshcone.quality.intersections import count_self_intersections
+from meshcone.quality.no_area import without_area
 from meshcone.quality.records import Validity
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import differences, row_dot
+from meshcone.surface.arrays import row_dot
 
 
 def inspect(
@@ -31,17 +32,13 @@ def inspect(
     if mesh.is_points:
         return _of_points()
     uses = EdgeUses.of(mesh)
-    faces = mesh.faces
-    sides = [differences(mesh.vertices, faces[:, pair]) for pair in ([0, 1], [1, 2], [2, 0])]
-    longest_squared = np.max([row_dot(side, side) for side in sides], axis=0)
     return Validity(
         watertight=bool(np.all(uses.counts == 2)),
         boundary_edges=int(np.count_nonzero(uses.counts == 1)),
         non_manifold_edges=int(np.count_nonzero(uses.counts > 2)),
         opposed_edges=uses.opposed,
         cracks=count_cracks(mesh, intersection_pairs),
-        degenerate_faces=collapsed
-        + int(np.count_nonzero(mesh.face_areas <= 1e-14 * longest_squared)),
+        degenerate_faces=collapsed + int(np.count_nonzero(without_area(mesh))),
         duplicate_faces=_duplicates(mesh),
         flipped_faces=None if before is None else flipped_faces(before, mesh),
         self_intersections=count_self_intersections(mesh, intersection_pairs),

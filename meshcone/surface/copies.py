@@ -32,7 +32,7 @@ def without_copies(mesh: Mesh) -> tuple[Mesh, Ints | None]:
     if fresh.all():
         return mesh, None
     kept = np.sort(order[fresh])
-    return Mesh(mesh.vertices, mesh.faces[kept]), kept
+    return Mesh(mesh.vertices, mesh.faces[kept], precision=mesh.precision), kept
 
 
 def _may_have_copies(mesh: Mesh) -> bool:

@@ -84,11 +84,14 @@ class Mesh:
         faces: (m, 3) vertex indices, counter-clockwise seen from outside.
         is_points: whether the faces stand for points, each a tiny one of its own: there is no
             surface between them, nor curvature, nor borders.
+        precision: (n,) how far apart the numbers are that its file can hold at each vertex, in
+            the unit of the vertices; None where they are those of a float64.
     """
 
     vertices: Floats
     faces: Ints
     is_points: bool = False
+    precision: Floats | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
@@ -98,9 +101,15 @@ class Mesh:
         """What goes to another process; a hierarchy of a library does not, and is built anew."""
         return {name: value for name, value in self.__dict__.items() if name != "windings"}
 
-    def moved_to(self, vertices: Floats) -> Mesh:
-        """Return the mesh with the same faces over other positions (n, 3)."""
-        moved = Mesh(vertices, self.faces, self.is_points)
+    def moved_to(self, vertices: Floats, scale: float = 1.0) -> Mesh:
+        """Return the mesh with the same faces over other positions.
+
+        Args:
+            vertices: (n, 3) the positions.
+            scale: how long there is what has length 1 here, where the unit is another.
+        """
+        precision = None if self.precision is None else scale * self.precision
+        moved = Mesh(vertices, self.faces, self.is_points, precision)
         moved.__dict__["_connectivity"] = self._connectivity
         return moved
 

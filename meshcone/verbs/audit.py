@@ -96,7 +96,7 @@ def _alone(file: MeshFile, options: Options, watch: Stopwatch) -> tuple[Audited,
         if asset.is_points:
             raise points_alone(asset.name)
         require_units(options.gates, asset.format, None, scaled=False)
-        mesh = Mesh(asset.vertices, asset.faces)
+        mesh = Mesh(asset.vertices, asset.faces, precision=asset.precision)
         if not mesh.face_areas.sum() > 0:
             raise InputError("every face is without area", file=asset.name)
     with watch.stage("quality"):

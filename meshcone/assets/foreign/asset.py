@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -126,6 +127,13 @@ class ForeignAsset(Asset):
         self._corners = triangles - starts[listed][:, None]
         self.format = self._kind = kind
         self.media_type = f"model/{kind}"
+
+    @cached_property
+    def precision_as_listed(self) -> NDArray[np.float64]:
+        """See :meth:`Asset.precision_as_listed`: by the type or the digits of its numbers."""
+        if self._places is None:
+            return super().precision_as_listed
+        return self._places.positions.steps(self._text, self.positions)
 
     def _read_content(self) -> Content:
         triangles = self.triangles

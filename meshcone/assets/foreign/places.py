@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.foreign.whole import Whole, misfit, rounded, whole_columns
-from meshcone.assets.number_style import NumberStyle
+from meshcone.assets.number_style import NumberStyle, steps_of_floats
 
 _LINE = re.compile(rb"[^\r\n]+")
 _WORD = re.compile(rb"\S+")
 _SAMPLED = 20_000
+_FIRST = 2_000  # rows whose digits tell how precise a file is
 # Words of each statement of an ASCII STL: a line that has no more has one statement.
 _WORDS = {b"facet": 5, b"outer": 2, b"vertex": 4, b"endloop": 1, b"endfacet": 1}
 _MOST_WORDS = 5
@@ -43,6 +44,13 @@ class Vectors(abc.ABC):
 
         Raises:
             InputError: one does not fit the type the file has.
+        """
+
+    @abc.abstractmethod
+    def steps(self, data: bytes, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) how far apart the numbers are that the file can hold where they are (n, 3) others.
+
+        It is 0 where they are those of a float64, or whole.
         """
 
     def whole(self, stored: NDArray[np.float64]) -> Whole:  # noqa: ARG002
@@ -91,6 +99,11 @@ class BinaryVectors(Vectors):
                 place = self.start + self.stride * int(rows[np.argmin(fits)])
                 raise misfit(column.dtype, f"byte {place}")
             column[rows] = wanted.astype(column.dtype)
+
+    def steps(self, data: bytes, values: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002
+        """See :meth:`Vectors.steps`."""
+        found = [steps_of_floats(values, kind) for kind in self.kinds]
+        return np.asarray(np.max(found, axis=0))
 
     def whole(self, stored: NDArray[np.float64]) -> Whole:
         """See :meth:`Vectors.whole`."""
@@ -164,6 +177,11 @@ class TextVectors(Vectors):
                     pieces += [text[reached:start], form % value]
                     reached = end
         data[:] = b"".join([*pieces, text[reached:]])
+
+    def steps(self, data: bytes, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See :meth:`Vectors.steps`: by the digits of the first rows."""
+        rows = islice(self._rows(data), _FIRST)
+        return NumberStyle.of(data[a:b] for spans in rows for a, b in spans).steps(values)
 
     def whole(self, stored: NDArray[np.float64]) -> Whole:
         """See :meth:`Vectors.whole`."""

@@ -166,6 +166,9 @@ class _Corners(Vectors):
             own = rows % 3 == corner
             _facet(self.facets, 12 * (1 + corner)).write(data, rows[own] // 3, values[own])
 
+    def steps(self, data: bytes, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return _facet(self.facets, 12).steps(data, values)
+
 
 def _soup(positions: NDArray[np.float64], places: Places) -> Polygons:
     """Triangles that share no vertex; welding joins them."""

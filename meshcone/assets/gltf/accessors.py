@@ -13,6 +13,7 @@ from meshcone.assets.gltf.buffers import Buffers
 from meshcone.assets.gltf.document import Document
 from meshcone.assets.gltf.element import Element
 from meshcone.assets.limits import Limits
+from meshcone.assets.number_style import steps_of_floats
 from meshcone.errors import InputError
 
 _COMPONENTS: dict[int, np.dtype[Any]] = {
@@ -231,6 +232,12 @@ class Accessors:
             stored = accessor.sparse.values
             values[self.sparse_rows(accessor)] = stored.elements(data(stored), accessor.component)
         return values
+
+    def steps(self, accessor: Accessor) -> NDArray[np.float64]:
+        """(count,) how far apart the numbers are that an accessor can hold at each element."""
+        if accessor.component.kind != "f":
+            return np.full(accessor.count, accessor.step)
+        return steps_of_floats(self.read(accessor), accessor.component)
 
     def read_rows(self, accessor: Accessor, rows: NDArray[np.int64]) -> NDArray[Any]:
         """(k, columns) components of some elements as stored; the others are not touched."""

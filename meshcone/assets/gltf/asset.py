@@ -121,6 +121,15 @@ class GltfAsset(Asset):
         self._data = data
         self._model = model
 
+    @cached_property
+    def precision_as_listed(self) -> NDArray[np.float64]:
+        """See :meth:`Asset.precision_as_listed`: that of stored numbers, as shown."""
+        found = np.zeros(len(self.positions))
+        for block in self._model.scene.blocks:
+            steps = self._model.accessors.steps(block.accessor)
+            found[block.rows] = steps * block.pose.scales()
+        return found
+
     def ensure_writable(self, policy: WritePolicy | None = None) -> None:
         """Check that every vertex that may move has, or can get, bytes of its own.
 

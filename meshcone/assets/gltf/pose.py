@@ -55,6 +55,10 @@ class Pose:
         local = _turned(inverses, world - matrices[:, :, 3])
         return local if self.shift is None else local - self.shift[rows]
 
+    def scales(self) -> NDArray[np.float64]:
+        """(n,) or (1,) how much longer the maps make what they make longest of the axes."""
+        return np.asarray(np.sqrt((self.matrices[:, :, :3] ** 2).sum(axis=1).max(axis=1)))
+
     def irreversible(self) -> NDArray[np.bool_]:
         """(n,) or (1,) which maps lose a dimension."""
         values = np.linalg.svd(self.matrices[:, :, :3], compute_uv=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from meshcone.errors import InputError
 from meshcone.notices import Code, Notice
 from meshcone.surface.subdivision import Subdivision
 
+_SAMPLED = 2_000  # vertices whose digits tell how precise a file is
 _UTF16_MARKS = (b"\xfe\xff", b"\xff\xfe")
 
 
@@ -92,10 +94,16 @@ class ObjAsset(Asset):
             warnings=warnings,
         )
         self._data = data
+        self._style = number_style(lines, lines.vertices, _SAMPLED)
         self._resources = resources
         self._corner_normals = faces.normals[corners]
         self._corner_texcoords = faces.texcoords[corners]
         self._statements = np.repeat(faces.rows, faces.sizes - 2)
+
+    @cached_property
+    def precision_as_listed(self) -> NDArray[np.float64]:
+        """See :meth:`Asset.precision_as_listed`: by the digits that the file writes."""
+        return self._style.steps(self.positions)
 
     def _read_content(self) -> Content:
         return read_content(scan_lines(self._data), self._drawn(), self._resources)

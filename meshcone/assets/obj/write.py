@@ -20,9 +20,11 @@ _VECTOR = re.compile(
 _SAMPLED_STATEMENTS = 20_000
 
 
-def number_style(lines: ObjLines, rows: NDArray[np.int64]) -> NumberStyle:
-    """How v or vn statements write their numbers, by an even sample of at most 20,000."""
-    step = max(1, len(rows) // _SAMPLED_STATEMENTS)
+def number_style(
+    lines: ObjLines, rows: NDArray[np.int64], most: int = _SAMPLED_STATEMENTS
+) -> NumberStyle:
+    """How v or vn statements write their numbers, by an even sample of about so many."""
+    step = max(1, len(rows) // most)
     return NumberStyle.of(
         word for row in rows[::step].tolist() for word in lines.leading_words(row, 4)[1:]
     )
