@@ -13,8 +13,8 @@ from meshcone.program.prepared_reference import PreparedReference, sample_count
 from meshcone.program.pulls import PlanePull, SurfacePoints
 from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
-from meshcone.program.trust import across_a_border
-from meshcone.surface import Mesh, SurfaceTree, sample_surface
+from meshcone.program.trust import across_a_border, median_where
+from meshcone.surface import ClosestPoints, Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import Bools, row_dot
 from meshcone.surface.closest import barycentric_weights
 
@@ -28,6 +28,8 @@ _REACH_FLOOR = 0.02
 # A sample this far across an open border of the source lies on what the source lacks. Nearer ones
 # bring out the borders of coarse meshes.
 _LACKING_IN_MEDIANS, _LACKING_FLOOR = 3.0, 0.1
+# A sample this far from the foot of a part that the reference lacks lies under the part.
+_UNDER_IN_MEDIANS = 3.0
 
 
 def round_objective(
@@ -66,7 +68,7 @@ def round_objective(
     faces = options.faces if round_index >= options.faces_from else 0.0
     reverse = faces or options.reverse
     if round_index >= options.reverse_from and reverse > 0:
-        median = float(np.median(closest.distances))
+        median = median_where(closest.distances, ~carried_along)
         pulls.append(_reverse_term(moving, reference, structure, options, median, reverse))
     if faces > 0 and moving.face_areas.sum() > 0:
         seed = reference.seed + round_index
@@ -155,7 +157,7 @@ def _reverse_term(
     facing = structure.orientation * row_dot(
         moving.face_normals.take(on_source.faces, axis=0), reference.normals
     )
-    lost = structure.lost[moving.faces].all(axis=1).take(on_source.faces)
+    lost = _without_place(moving, structure.lost, on_source, median)
     lacking = across_a_border(
         reference.points, on_source, moving, _LACKING_IN_MEDIANS * median + _LACKING_FLOOR
     )
@@ -174,3 +176,17 @@ def _reverse_term(
         vertex_count=len(moving.vertices),
     )
     return pull, carried
+
+
+def _without_place(moving: Mesh, lost: Bools, on_source: ClosestPoints, median: float) -> Bools:
+    """Find the samples that lie under a part which the reference lacks, (k,).
+
+    Where the part stands on the rest, the source has no surface: the samples there are closest to
+    the part itself or to its foot, which they would pull together.
+    """
+    faces = moving.faces
+    foot = np.zeros(len(lost), dtype=bool)
+    foot[faces[lost[faces].any(axis=1)]] = True
+    beside = foot[faces].any(axis=1).take(on_source.faces)
+    beside &= on_source.distances > _UNDER_IN_MEDIANS * median
+    return np.asarray(beside | lost[faces].all(axis=1).take(on_source.faces))

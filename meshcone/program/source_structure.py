@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from meshcone.program.fairness import Fairness
 from meshcone.program.prepared_reference import PreparedReference
-from meshcone.program.trust import without_counterpart
+from meshcone.program.trust import across_a_border, without_counterpart
 from meshcone.quality.facing import orientation_of
 from meshcone.surface import ClosestPoints, Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints, row_dot
@@ -84,8 +84,9 @@ class SourceStructure:
         agreement = row_dot(source.vertex_normals, normals)
         pieces: Ints = connected_components(adjacency, directed=False)[1].astype(np.int64)
         lost = without_counterpart(source, adjacency, pieces, closest.distances, reference)
-        # How far a part the reference lacks is from it says nothing of noise.
-        near = np.where(lost, 0.0, closest.distances)
+        # How far what the reference lacks is from it says nothing of noise.
+        lacking = lost | across_a_border(source.vertices, closest, reference.tree.mesh)
+        near = np.where(lacking, 0.0, closest.distances)
         nearby = (adjacency @ near + near) / (degree + 1)
         scale = np.maximum(noise_scale * lengths / degree, 1e-12)
         return SourceStructure(

@@ -123,6 +123,11 @@ def _needless_pieces(
     return (candidates & ~needed)[pieces]
 
 
+def median_where(distances: Floats, chosen: Bools) -> float:
+    """Return the median of the chosen distances; of all if none is chosen."""
+    return float(np.median(distances[chosen] if chosen.any() else distances))
+
+
 def across_a_border(
     points: Floats, closest: ClosestPoints, mesh: Mesh, noise: float | None = None
 ) -> Bools:
@@ -132,7 +137,8 @@ def across_a_border(
         points: (k, 3) positions.
         closest: the mesh's closest points to them.
         mesh: the mesh.
-        noise: distance from it that is none of its border; by default a few medians.
+        noise: distance from it that is none of its border; by default a few medians of the points
+            that are closest to its inside, as those beyond may be the most.
     """
     if not mesh.border_sides.any():
         return np.zeros(len(points), dtype=bool)
@@ -143,9 +149,10 @@ def across_a_border(
     # Of the faces around a corner, the one that was found need not have a side on the border.
     at_corner = shares >= 1 - _ON_EDGE
     on_border |= (at_corner & mesh.border_vertices[mesh.faces[closest.faces]]).any(axis=1)
+    inside = np.asarray(~on_border)
     offsets = points - closest.points
     along = np.abs(row_dot(offsets, mesh.face_normals[closest.faces]))
     sideways = along < _ALONG_NORMAL * row_lengths(offsets)
     if noise is None:
-        noise = _ACROSS_IN_MEDIANS * float(np.median(closest.distances))
+        noise = _ACROSS_IN_MEDIANS * median_where(closest.distances, inside)
     return np.asarray(on_border & sideways & (closest.distances > noise))

@@ -16,7 +16,7 @@ from meshcone.program.source_structure import SourceStructure
 from meshcone.program.surface_objective import SurfaceObjective
 from meshcone.surface import Mesh, SurfaceTree, sample_surface
 from meshcone.surface.arrays import row_dot
-from tests.meshes import cylinder, noisy, sphere, torus
+from tests.meshes import cylinder, noisy, sheet, sphere, torus
 
 PIPE = Mesh(cylinder(12, 9, 0.5, 1.5).vertices, cylinder(12, 9, 0.5, 1.5).faces)
 # The reference of an open source lacks its upper third.
@@ -94,6 +94,22 @@ def test_the_relaxation_has_no_gradient_left(objective: SurfaceObjective):
     gradient = objective.apply(x) + objective.linear
 
     assert np.linalg.norm(gradient) < 1e-6 * np.linalg.norm(objective.linear)
+
+
+def test_samples_under_a_part_that_the_reference_lacks_do_not_pull_at_its_foot():
+    plate = sheet(21, 21)
+    plate = plate.moved_to(plate.vertices / 10 - [1, 1, 0])
+    on_top = (np.abs(plate.vertices[:, :2]) < 0.15).all(axis=1)
+    source = noisy(plate.moved_to(plate.vertices + 0.8 * on_top[:, None] * [0, 0, 1]), 0.004)
+    prepared = PreparedReference.of(plate, len(source.vertices), seed=1)
+    structure = SourceStructure.of(source, prepared, noise_scale=0.5)
+
+    objective = round_objective(3, source, prepared, structure, SurfaceOptions(faces=0.0))
+
+    assert objective.backward is not None
+    targets = objective.backward.targets
+    assert not (np.abs(targets[:, :2]) < 0.15).all(axis=1).any()
+    assert (np.abs(targets[:, :2]) > 0.3).any(axis=1).sum() > 100
 
 
 def test_samples_of_what_the_reference_lacks_pull_at_nothing():

@@ -89,6 +89,19 @@ def test_what_lies_over_a_hole_is_across_its_border() -> None:
     assert not found[height < rim - 0.02].any()
 
 
+@pytest.mark.parametrize("share", [0.2, 0.36, 0.45])
+def test_what_the_reference_lacks_is_across_its_border_be_it_the_most(share: float) -> None:
+    cap = Mesh(BALL.vertices, BALL.faces[BALL.corners[:, :, 2].mean(axis=1) > 1 - 2 * share])
+    source = noisy(BALL, 0.005)
+    known = prepared(cap)
+
+    found = across_a_border(source.vertices, known.tree.closest(source.vertices), known.tree.mesh)
+
+    # Beyond the far side of a cap, the closest points are in the direction of its normals.
+    height, rim = BALL.vertices[:, 2], cap.vertices[cap.border_vertices][:, 2].min()
+    assert found[(height < rim - 0.05) & (height > rim - 0.3)].all()
+
+
 def test_nothing_is_across_the_border_of_a_closed_reference() -> None:
     source, known = noisy(BALL, 0.02), prepared(BALL)
 
