@@ -155,6 +155,24 @@ def test_a_redirect_is_followed(server: FileServer, status: int) -> None:
     assert fetched(url) == MUG
 
 
+@pytest.mark.parametrize(
+    ("place", "path"),
+    [
+        ("/red mug.obj", "/red%20mug.obj"),
+        ("/caf\u00c3\u00a9.obj", "/caf%C3%A9.obj"),  # UTF-8, as the server's latin-1 has it
+        ("/a%20b.obj?sign=a+b/c=", "/a%20b.obj?sign=a+b/c="),
+    ],
+)
+def test_what_no_url_has_is_escaped_in_a_redirect(
+    server: FileServer, place: str, path: str
+) -> None:
+    server.has(path.partition("?")[0], MUG)
+    url = server.has("/mug.obj", b"", status=302, headers={"Location": place})
+
+    assert fetched(url) == MUG
+    assert server.seen[-1].path == path
+
+
 def test_redirects_without_end_are_not_followed(server: FileServer) -> None:
     url = server.has("/mug.obj", b"", status=302, headers={"Location": "/mug.obj"})
 
@@ -163,7 +181,15 @@ def test_redirects_without_end_are_not_followed(server: FileServer) -> None:
 
 
 @pytest.mark.parametrize(
-    "place", ["ftp://example.org/", "file:///etc/passwd", "http://u:p@127.0.0.1/", "http://[", ""]
+    "place",
+    [
+        "ftp://example.org/",
+        "file:///etc/passwd",
+        "http://u:p@127.0.0.1/",
+        "http://[",
+        "http://a b/",
+        "",
+    ],
 )
 def test_a_redirect_to_what_is_not_fetched_is_refused(server: FileServer, place: str) -> None:
     url = server.has("/mug.obj", b"", status=302, headers={"Location": place})
@@ -184,6 +210,16 @@ def test_a_secret_is_shown_to_its_own_origin_alone(server: FileServer) -> None:
 
         assert [each.headers.get("authorization") for each in server.seen] == ["Bearer word"] * 2
         assert "authorization" not in other.seen[0].headers
+
+
+def test_a_secret_that_cannot_be_sent_is_in_no_message(server: FileServer) -> None:
+    url = server.has("/mug.obj", MUG)
+
+    error = refusal(lambda: fetched(url, secret="Bearer word "))  # noqa: S106 - of this test
+
+    assert not isinstance(error, PassingError)
+    assert "MESHCONE_TRANSFER_AUTHORIZATIONS" in error.message
+    assert "word" not in error.message
 
 
 @pytest.mark.parametrize(

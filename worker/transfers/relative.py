@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from typing import IO
-from urllib.parse import quote, urljoin
+from urllib.parse import quote, urljoin, urlsplit
 
 from meshcone.errors import InputError, LimitError
 from meshcone.local_files import names_beside
@@ -58,21 +58,34 @@ def names_in(file: IO[bytes]) -> list[str]:
 
 
 def beside(url: str, name: str) -> str:
-    """The URL of a file in the folder of another; it has no query.
+    """The URL of a file in the folder of another, spelled as the other's; it has no query.
 
     Raises:
-        InputError: it is too long, or is not in that folder.
+        InputError: it is too long.
     """
-    in_bucket = is_in_bucket(url)
-    found = f"{url.rpartition('/')[0]}/{name}" if in_bucket else urljoin(url, quote(name))
+    if is_in_bucket(url):
+        found = f"{url.rpartition('/')[0]}/{name}"
+    else:
+        parts = urlsplit(url)
+        folder = parts.path.rpartition("/")[0]
+        found = f"{parts.scheme}://{parts.netloc}{folder}/{quote(name)}"
     if len(found) > URL_LENGTH:
         raise InputError(
             f"the glTF names '{name[:100]}', whose URL has {len(found)} characters: up to "
             f"{URL_LENGTH} can be fetched"
         )
-    if in_bucket:
-        return found
-    folder = url.partition("?")[0].rpartition("/")[0]
-    if not found.startswith(f"{folder}/"):
-        raise InputError(f"the glTF names '{name[:100]}', which is not in its folder")
     return found
+
+
+def joined(url: str, reference: str) -> str:
+    """The URL that a reference means beside another, as RFC 3986, section 5.2 has it.
+
+    Raises:
+        ValueError: it is none.
+    """
+    parts = urlsplit(reference)
+    if not parts.scheme and not parts.netloc and parts.path and not parts.path.startswith("/"):
+        # Python would drop the empty folders of a URL; "/." keeps a first one from being a host.
+        folder = urlsplit(url).path.rpartition("/")[0]
+        reference = f"/.{folder}/{reference}"
+    return urljoin(url, reference)

@@ -12,7 +12,7 @@ from pydantic_settings import NoDecode, SettingsConfigDict
 
 from worker.settings import WorkerSettings
 
-_PRINTABLE = r"^[\x21-\x7e][\x20-\x7e]*$"
+_HEADER_VALUE = r"^[\x21-\x7e]([\x20-\x7e]*[\x21-\x7e])?$"  # HTTP knows no blank around one
 
 
 class Authorization(BaseModel):
@@ -21,7 +21,7 @@ class Authorization(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, hide_input_in_errors=True)
 
     host: str = Field(pattern=r"^(http://)?[a-z0-9.:\[\]-]+$")
-    value: str = Field(repr=False, pattern=_PRINTABLE)
+    value: str = Field(repr=False, pattern=_HEADER_VALUE)
 
 
 def _listed(value: Any) -> Any:

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import contextmanager
 from http import HTTPStatus
 from typing import IO, TYPE_CHECKING, NoReturn
-from urllib.parse import urljoin, urlsplit
+from urllib.parse import quote, urlsplit
 
 import httpcore2
 
@@ -18,6 +18,7 @@ from worker.outbound.addresses import PublicBackend, RefusedAddressError, requir
 from worker.transfers.budget import Share
 from worker.transfers.errors import PassingError
 from worker.transfers.places import host_of
+from worker.transfers.relative import joined
 from worker.transfers.unpacking import unpacker
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ _PIECE = 256 * 1024  # bytes
 _TIMEOUTS = {"connect": 10.0, "read": 30.0, "write": 30.0}  # seconds of silence
 _MOVED = frozenset({301, 302, 303, 307, 308})
 _PASSING = frozenset({408, 421, 425, 429})  # and all that are the server's own fault
+_IN_URLS = "".join(map(chr, range(0x21, 0x7F)))  # as they are sent; the rest is escaped
 _ADVICE = {
     401: "name a secret of this installation as 'authorization', or give a presigned URL",
     403: "name a secret of this installation as 'authorization', or give a presigned URL that is "
@@ -145,6 +147,11 @@ def _plainly(url: str, unfinished: str) -> Iterator[None]:
         raise PassingError(f"{host_of(url)} did not answer in time") from None
     except httpcore2.NetworkError as error:
         raise PassingError(f"{host_of(url)} cannot be reached: {_words(error)}") from None
+    except httpcore2.LocalProtocolError:  # its words would quote the header, and the secret in it
+        raise InputError(
+            f"{host_of(url)} cannot be sent the request: its URL, or the secret to show there, has "
+            "a character that HTTP does not allow (MESHCONE_TRANSFER_AUTHORIZATIONS)"
+        ) from None
     except httpcore2.ProtocolError as error:
         raise PassingError(f"{host_of(url)} {unfinished}: {_words(error)}") from None
 
@@ -173,13 +180,18 @@ async def _receive(
 
 
 def _target(url: str, headers: Mapping[str, bytes]) -> str:
-    place = headers.get("location", b"").decode("latin-1").strip()
+    # Blanks and letters with accents are in no URL; servers send them, and browsers escape them.
+    place = quote(headers.get("location", b"").strip(), safe=_IN_URLS)
     if not place:
         raise InputError(f"{host_of(url)} redirects to nowhere")
     try:
-        return urljoin(url, place).partition("#")[0]
+        target = joined(url, place).partition("#")[0]
+        host = urlsplit(target).netloc
     except ValueError:
         raise InputError(f"{host_of(url)} redirects to something that is not a URL") from None
+    if "%" in host:
+        raise InputError(f"{host_of(url)} redirects to a host whose name is not in ASCII")
+    return target
 
 
 def _require_file(url: str, status: int) -> None:

@@ -108,6 +108,8 @@ class Delivery:
                 return _Failure("there is no secret to sign it with any more", is_final=True)
             async with asyncio.timeout(self._settings.webhook_timeout):
                 status = await self._post(message, secret)
+        except httpcore2.LocalProtocolError:  # its words would quote a header
+            return _Failure("HTTP does not allow a header or the URL of the request", is_final=True)
         except (RedisError, httpcore2.NetworkError, httpcore2.ProtocolError) as error:
             return _Failure(f"{type(error).__name__}: {error}")
         except (TimeoutError, httpcore2.TimeoutException):

@@ -23,6 +23,7 @@ RESOURCE_FIELDS = ("source_resources", "reference_resources", "resources")
 MAX_LABELS = 16
 OPTIONS_BYTES = 64 * 1024  # kept in the broker's memory for as long as the job is known
 _GLTF = (".gltf", ".glb")
+_NO_NAMES = ("", ".", "..")
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def named_file(field: str, file: FileByName, settings: ServiceSettings) -> Named
     what = f"the URL of '{field}'"
     require_source(file.url, what, settings, file.authorization)
     name = last_name(file.url) if file.name is None else file.name
-    if not name:
+    if name in _NO_NAMES:
         raise InputError(f"{what} ends in no file name: give one as 'name'")
     name = file_name(field, name)
     if file.resources is not None and field in RESOURCE_FIELDS:
@@ -136,16 +137,25 @@ def named_file(field: str, file: FileByName, settings: ServiceSettings) -> Named
 def file_name(field: str, sent: str) -> str:
     """The name of a file, or of a resource its path below the mesh's folder.
 
+    A mesh's name that is too long is known by its end, where its format is; the path of a resource
+    is not, as its end would be the path of another file.
+
     Raises:
-        InputError: nothing of it is a name.
+        InputError: nothing of it is a name, or it is a path that is too long.
     """
     line = as_line(sent)
     # A mesh may name a resource by its path; a path that leads elsewhere is one of the client's
     # own machine, in its own spelling, and so is that of a mesh.
     path = inside(line) if field in RESOURCE_FIELDS else None
     name = path or line.replace("\\", "/").rpartition("/")[2]
-    if not name:
+    if name in _NO_NAMES:
         raise InputError(f"the file in form field '{field}' has no name")
+    if field in RESOURCE_FIELDS and len(name) > NAME_LENGTH:
+        raise InputError(
+            f"the path of a file in form field '{field}' has {len(name)} characters, and up to "
+            f"{NAME_LENGTH} can be used: give it a shorter one, in the mesh too",
+            file=name.rpartition("/")[2][-NAME_LENGTH:],
+        )
     return name[-NAME_LENGTH:]
 
 

@@ -52,9 +52,10 @@ def test_a_name_leads_nowhere(tricky: str) -> None:
     assert named({"url": f"https://assets.example.org/{tricky}"}).name == "mug.glb"
 
 
-def test_a_url_without_a_name_needs_one() -> None:
+@pytest.mark.parametrize("end", ["", ".", "%2e%2e"])
+def test_a_url_without_a_name_needs_one(end: str) -> None:
     with pytest.raises(InputError, match="give one as 'name'"):
-        named({"url": "https://assets.example.org/"})
+        named({"url": f"https://assets.example.org/{end}"})
 
     assert named({"url": "https://assets.example.org/", "name": "mug.glb"}).name == "mug.glb"
 

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from meshcone.errors import InputError
+from meshcone.relative_names import NAME_LENGTH
 from service.api.submission.parts import file_name
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -153,6 +155,27 @@ def test_a_label_may_be_an_emoji_of_several_characters(http: TestClient) -> None
 @pytest.mark.parametrize("blank", ["\u00a0", "\u202f", "\u3000", "\u200c", "\u200d", "\u00ad"])
 def test_a_resource_is_found_by_a_name_that_has_more_than_letters(blank: str) -> None:
     assert file_name("resources", f"data/a{blank}b.bin") == f"data/a{blank}b.bin"
+
+
+def test_a_path_that_is_too_long_is_refused_and_not_cut_to_that_of_another_file() -> None:
+    longest = f"a/{'b' * (NAME_LENGTH - 2)}"
+    assert file_name("resources", longest) == longest
+
+    for path in (f"{longest}b", f"aa../{'c' * (NAME_LENGTH - 3)}"):
+        with pytest.raises(InputError, match="up to 255 can be used") as caught:
+            file_name("resources", path)
+        assert caught.value.file == path.rpartition("/")[2]
+
+
+def test_a_mesh_with_a_long_name_keeps_the_end_of_it() -> None:
+    assert file_name("source", f"{'m' * 300}.obj") == f"{'m' * (NAME_LENGTH - 4)}.obj"
+
+
+@pytest.mark.parametrize("folder", [".", "..", "a/..", "C:\\work\\."])
+@pytest.mark.parametrize("field", ["source", "resources"])
+def test_a_folder_is_no_name(field: str, folder: str) -> None:
+    with pytest.raises(InputError, match="has no name"):
+        file_name(field, folder)
 
 
 def test_a_path_in_a_file_name_is_not_repeated(http: TestClient) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from pydantic import ValidationError
 
 from meshcone.errors import InputError
 from worker.transfers.places import secret_for
@@ -26,6 +27,19 @@ SETTINGS = TransferSettings(
 )
 def test_it_is_shown_to_its_own_host(url: str, name: str, secret: str) -> None:
     assert secret_for(url, name, SETTINGS) == secret
+
+
+@pytest.mark.parametrize("value", ["Bearer x ", " Bearer x", "Bearer x\t", "Bearer x\n", "é", ""])
+def test_one_that_is_no_value_of_a_header_is_refused_unsaid(value: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        Authorization(host="assets.example.org", value=value)
+
+    assert "Bearer x" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", ["x", "Bearer  x", "~"])
+def test_one_that_is_a_value_of_a_header_is_taken(value: str) -> None:
+    assert Authorization(host="assets.example.org", value=value).value == value
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from meshcone.errors import InputError, LimitError
-from worker.transfers.relative import NAMES_BYTES, RELATIVE_FILES, beside, names_in
+from worker.transfers.relative import NAMES_BYTES, RELATIVE_FILES, beside, joined, names_in
 
 FOLDER = "https://assets.example.org/mug"
 
@@ -46,6 +46,38 @@ def test_names_are_bounded_together() -> None:
 def test_a_file_beside_another_has_its_folder_and_no_query() -> None:
     assert beside(f"{FOLDER}/mug.gltf?token=3f9a", "a b.bin") == f"{FOLDER}/a%20b.bin"
     assert beside("s3://incoming/mug/mug.gltf", "a b.bin") == "s3://incoming/mug/a b.bin"
+
+
+@pytest.mark.parametrize("folder", ["a/", "a/.", "a/b/..", "/a", "a//b", "%61;v=1"])
+def test_a_folder_is_spelled_as_it_was_however_odd(folder: str) -> None:
+    url = f"https://assets.example.org/{folder}"
+
+    assert beside(f"{url}/m.gltf?folder=a/b", "c/x.bin") == f"{url}/c/x.bin"
+
+
+def test_a_file_beside_one_without_a_path_is_at_the_same_host() -> None:
+    assert beside("https://assets.example.org?id=a/m.gltf", "x.bin") == (
+        "https://assets.example.org/x.bin"
+    )
+
+
+@pytest.mark.parametrize(
+    ("reference", "target"),
+    [
+        ("x.glb", "https://h/a//x.glb"),
+        ("../x.glb", "https://h/a/x.glb"),
+        ("/b//x.glb", "https://h/b//x.glb"),
+        ("?v=2", "https://h/a//m.glb?v=2"),
+        ("//other/x.glb", "https://other/x.glb"),
+        ("https://other/a//x.glb", "https://other/a//x.glb"),
+    ],
+)
+def test_a_reference_is_beside_a_url_whose_folders_are_kept(reference: str, target: str) -> None:
+    assert joined("https://h/a//m.glb", reference) == target
+
+
+def test_an_empty_first_folder_is_not_taken_for_a_host() -> None:
+    assert joined("https://h//a/m.glb", "x.glb") == "https://h//a/x.glb"
 
 
 @pytest.mark.parametrize("scheme", ["https", "s3"])
