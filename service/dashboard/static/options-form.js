@@ -27,6 +27,9 @@ class Schema {
 
 const isLength = (schema) => schema.type === "object" && schema.properties && Object.keys(schema.properties).join() === LENGTH.join();
 
+/** Whether a value of this kind is one word, or none. */
+const isWord = ({ type }) => ["string", "integer", "null"].includes(type);
+
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 const written = (value) => (Array.isArray(value) ? value.join(", ") : typeof value === "object" && value !== null ? JSON.stringify(value) : String(value ?? ""));
@@ -79,6 +82,10 @@ function control(schema, id) {
   if (schema.type === "string") {
     const input = h("input", { id, type: "text", placeholder: written(schema.default) || "not set", autocomplete: "off" });
     return filled(input, String);
+  }
+  if (schema.anyOf?.every(isWord)) {
+    const input = h("input", { id, type: "text", placeholder: written(schema.default) || "not set", autocomplete: "off" });
+    return filled(input, (text) => (/^\d+$/.test(text) ? Number(text) : text));
   }
   const area = h("textarea", { id, rows: "4", spellcheck: "false", placeholder: '{"point_to_surface.p95": {"max": 0.002}}' });
   return {

@@ -1,6 +1,8 @@
 // Two meshes and the files they name: whose each is, and how a command tells them apart.
 
 export const MESHES = /\.(obj|gltf|glb|ply|stl|off|zip|step|stp|3mf|usd[acz]?|xyz)$/i;
+// Meshes, scenes and archives that nothing here reads. Beside a mesh they would pass for what it names.
+const UNREAD = /\.(fbx|dae|blend|3ds|max|ma|mb|abc|ifc|igs|iges|x3d|wrl|c4d|lwo|7z|rar|tar|t?gz|bz2|xz)$/i;
 const LIKE_A_REFERENCE = /(ref|reference|target|truth|gt|clean|hi|high|highpoly|original)([^a-z]|$)/i;
 
 /** The files of a drop, those in folders too, each with the path of its folder ("" or "new/"). */
@@ -30,12 +32,14 @@ async function filesIn(entry, folder) {
  * @param {{file: File, folder: string}[]} files what came together
  * @param {{side: ?string, free: string}} where the side that was meant, if one was, and the one
  *   that a single mesh fills otherwise
- * @returns {{meshes: Object, beside: Object, leftOut: Object[]}} by side, the meshes and the files
- *   they name; those that may belong to either are under "both". A third mesh has no side
+ * @returns {{meshes: Object, beside: Object, leftOut: Object[], unread: Object[]}} by side, the meshes
+ *   and the files they name; those that may belong to either are under "both". A third mesh has no
+ *   side. What is unread is of a kind that cannot be
  */
 export function sorted(files, { side, free }) {
   const found = files.filter(({ file }) => MESHES.test(file.name));
-  const others = files.filter(({ file }) => !MESHES.test(file.name));
+  const unread = files.filter(({ file }) => UNREAD.test(file.name));
+  const others = files.filter(({ file }) => !MESHES.test(file.name) && !UNREAD.test(file.name));
   const meshes = {};
   if (found.length === 1) [meshes[side ?? free]] = found;
   else if (found.length > 1) {
@@ -44,7 +48,7 @@ export function sorted(files, { side, free }) {
   }
   const beside = { source: [], reference: [], both: [] };
   for (const other of others) beside[whose(other, meshes, side)].push(other.file);
-  return { meshes, beside, leftOut: found.slice(2) };
+  return { meshes, beside, leftOut: found.slice(2), unread };
 }
 
 const likeAReference = ({ file, folder }) => LIKE_A_REFERENCE.test(file.name) || LIKE_A_REFERENCE.test(folder);

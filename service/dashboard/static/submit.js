@@ -1,6 +1,6 @@
 // A new job: two meshes dropped or chosen, each with the files it names, and the options as a form.
 
-import { askForKey, authorization, Problem, said } from "meshcone/api";
+import { askForKey, Problem, said } from "meshcone/api";
 import { opened } from "meshcone/archive";
 import { byId, h } from "meshcone/dom";
 import { bytes } from "meshcone/format";
@@ -8,6 +8,7 @@ import { pairWords } from "meshcone/job-words";
 import { optionsForm } from "meshcone/options-form";
 import { samplePair } from "meshcone/sample";
 import { droppedFiles, MESHES, sorted } from "meshcone/sides";
+import { Stopped, tellOfUpload, uploading } from "meshcone/upload";
 
 const SIDES = ["source", "reference"];
 const EMPTY = { source: "Choose or drop the mesh to judge", reference: "Choose or drop what it should have been" };
@@ -32,6 +33,9 @@ function show() {
     const element = document.querySelector(`.slot[data-slot=${side}]`);
     const mesh = chosen[side];
     element.classList.toggle("filled", mesh !== null);
+    const leaveOut = element.querySelector(".leave-out");
+    leaveOut.hidden = mesh === null;
+    leaveOut.setAttribute("aria-label", `Leave out ${mesh?.file.name} as the ${side}`);
     element.querySelector(".slot-name").textContent = mesh ? `${mesh.folder}${mesh.file.name} · ${bytes(mesh.file.size)}` : EMPTY[side];
   }
   for (const [place, files] of Object.entries(chosen.resources)) {
@@ -46,7 +50,10 @@ function show() {
 function intent() {
   const { source, reference } = chosen;
   if (source && reference) return `${source.file.name} is judged against ${reference.file.name}. The other way round? Swap them.`;
-  return source ? `${source.file.name} is audited by itself.` : "";
+  if (source) return `${source.file.name} is audited by itself.`;
+  if (reference) return `No mesh to judge yet: ${reference.file.name} is what it should have been.`;
+  const beside = Object.values(chosen.resources).flat().map(({ name }) => name);
+  return beside.length ? `No mesh yet: ${beside.join(", ")} ${beside.length === 1 ? "is" : "are"} what a mesh names. Choose or drop that, too.` : "";
 }
 
 /** Take files that came together; the side they were dropped on or chosen for, if any, decides. Tells what was not taken. */
@@ -64,7 +71,9 @@ async function take(coming, side) {
 }
 
 function takeFiles(files, side) {
-  const { meshes, beside, leftOut } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
+  const { meshes, beside, leftOut, unread } = sorted(files, { side, free: chosen.source === null ? "source" : "reference" });
+  if (unread.length) throw new Error(unreadWords(unread));
+  forgetRefusal();
   for (const [place, mesh] of Object.entries(meshes)) {
     // What the mesh before it named is not for this one; what came before any mesh is.
     if (chosen[place] !== null) chosen.resources[place] = [];
@@ -80,30 +89,36 @@ function takeFiles(files, side) {
   show();
 }
 
+/** What cannot be read is no attachment of another mesh: who dropped it meant it. */
+function unreadWords(unread) {
+  const names = unread.map(({ file, folder }) => folder + file.name);
+  const [it, are] = names.length === 1 ? ["it", "is"] : ["them", "are"];
+  return `Nothing was taken: ${names.join(", ")} ${are} of a kind that cannot be read here. Export ${it} as GLB or OBJ, pack archives as ZIP, or drop the others without ${it}.`;
+}
+
+/** What was said of other files goes, but for what leads back to them. */
+function forgetRefusal() {
+  for (const told of byId("submit-state").querySelectorAll(".error")) {
+    if (!told.querySelector("button")) told.remove();
+  }
+}
+
+/** Take a mesh out of its slot, with what it names. */
+function empty(side) {
+  chosen[side] = null;
+  chosen.resources[side] = [];
+  show();
+  document.querySelector(`.slot[data-slot=${side}] input`).focus();
+}
+
 function open() {
-  if (!byId("new-dialog").open) byId("new-dialog").showModal();
+  if (byId("new-dialog").open) return;
+  byId("new-dialog").showModal();
+  tellOfUpload();
 }
 
 function tell(place, kind, ...content) {
   byId(place).replaceChildren(h("p", { class: `notice ${kind}` }, content));
-}
-
-/** Post a form; fetch would not say how much of it has been sent. */
-function post(form, onProgress) {
-  return new Promise((resolve, reject) => {
-    const sending = new XMLHttpRequest();
-    sending.open("POST", "/v1/jobs");
-    for (const [name, value] of Object.entries(authorization())) sending.setRequestHeader(name, value);
-    sending.upload.addEventListener("progress", (event) => event.lengthComputable && onProgress(event.loaded / event.total));
-    sending.addEventListener("error", () => reject(new TypeError("network")));
-    sending.addEventListener("load", () => {
-      let document = {};
-      try { document = JSON.parse(sending.responseText); } catch { /* said by its status alone */ }
-      if (sending.status < 300) resolve(document);
-      else reject(new Problem(sending.status, document));
-    });
-    sending.send(form);
-  });
 }
 
 /** What is sent of some files, with the options and the label as they are now. */
@@ -127,16 +142,15 @@ const pairOf = ({ source, reference }) => pairWords({ source: source.file, refer
 
 const isEmpty = ({ source, reference, resources }) => !source && !reference && !Object.values(resources).flat().length;
 
-async function send(files, form) {
-  const bar = h("progress", { max: 1, value: 0, "aria-label": "upload" });
-  byId("submit-state").replaceChildren(h("p", { class: "hint" }, `Sending ${pairOf(files)} …`), bar);
+async function send(files, form, post) {
   try {
-    return await post(form, (share) => { bar.value = share; });
+    return await post(form);
   } catch (error) {
+    if (error instanceof Stopped) throw error;
     if (!(error instanceof Problem)) throw await changed(files) ?? error;
     if (error.status !== 401) throw error;
     await askForKey();
-    return send(files, form);
+    return send(files, form, post);
   }
 }
 
@@ -170,12 +184,14 @@ async function submit(event) {
   byId("take-state").replaceChildren();
   show();
   try {
-    accepted(await send(files, form));
+    accepted(await uploading(`Sending ${pairOf(files)} …`, (post) => send(files, form, post)));
   } catch (error) {
     refused(files, error);
   } finally {
     sending = false;
     show();
+    // The button that was pressed could not be meanwhile, and lost the focus by it.
+    if (byId("new-dialog").open && document.activeElement === document.body) byId("send").focus();
   }
 }
 
@@ -239,6 +255,7 @@ function startDropping() {
 /** Make the form work; gives the ways to open it. */
 export function startSubmitting() {
   for (const slot of byId("drop").querySelectorAll(".slot")) {
+    slot.querySelector(".leave-out").addEventListener("click", () => empty(slot.dataset.slot));
     slot.querySelector("input").addEventListener("change", ({ target }) => {
       const files = [...target.files].map((file) => ({ file, folder: "" }));
       target.value = "";  // the same file can be chosen again
@@ -248,6 +265,7 @@ export function startSubmitting() {
   startDropping();
   const fillInSample = () => take(samplePair());
   byId("new-job").addEventListener("click", open);
+  byId("new-dialog").addEventListener("close", tellOfUpload);
   byId("close-new").addEventListener("click", () => byId("new-dialog").close());
   byId("sample").addEventListener("click", fillInSample);
   byId("swap").addEventListener("click", () => {

@@ -110,6 +110,63 @@ def test_a_refusal_after_the_dialog_was_closed_is_told_on_the_page(failing: Page
     expect(slot(page, "source")).to_contain_text("one.obj")
 
 
+def test_an_upload_is_told_of_on_the_page_while_the_dialog_is_closed(page: Page) -> None:
+    page.route("**/v1/jobs", lambda _: None)
+    page.goto("/")
+    drop(page, "#drop", {"one.obj": CORNER})
+    start(page).click()
+    page.get_by_role("button", name="Close").click()
+    expect(page.locator("#sent")).to_contain_text("Sending one.obj")
+
+    page.get_by_role("button", name="New job").click()
+
+    expect(page.locator("#submit-state")).to_contain_text("Sending one.obj")
+    expect(page.locator("#sent")).to_be_empty()
+
+
+def test_a_page_that_is_left_during_an_upload_asks_first(page: Page) -> None:
+    uploads = Held().on(page, "**/v1/jobs")
+    asks = "!dispatchEvent(new Event('beforeunload', { cancelable: true }))"
+    page.goto("/")
+    drop(page, "#drop", {"one.obj": CORNER})
+    assert not page.evaluate(asks)
+    start(page).click()
+    uploads.wait(page)
+    assert page.evaluate(asks)
+
+    uploads.routes[0].fulfill(status=202, json=job(1, source={"name": "one.obj"}))
+    expect(page.locator("#sent")).to_contain_text("Accepted: one.obj")
+    assert not page.evaluate(asks)
+
+
+def test_an_upload_that_is_stopped_leaves_what_was_chosen(failing: Page) -> None:
+    page = failing
+    page.add_init_script("XMLHttpRequest.prototype.send = () => {}")  # one that never gets anywhere
+    page.goto("/")
+    drop(page, "#drop", {"one.obj": CORNER})
+    start(page).click()
+
+    page.get_by_role("button", name="Stop").click()
+
+    expect(page.locator("#submit-state")).to_contain_text("It was stopped before it was whole")
+    expect(slot(page, "source")).to_contain_text("one.obj")
+    expect(start(page)).to_be_focused()
+
+
+def test_what_was_refused_is_said_no_more_when_another_file_is_chosen(failing: Page) -> None:
+    page = failing
+    page.route("**/v1/jobs", lambda route: route.fulfill(status=400, json={"detail": "no faces"}))
+    page.goto("/")
+    drop(page, "#drop", {"one.obj": CORNER})
+    start(page).click()
+    expect(page.locator("#submit-state")).to_contain_text("no faces")
+    expect(start(page)).to_be_focused()
+
+    drop(page, "#drop .slot[data-slot=source]", {"two.obj": CORNER})
+
+    expect(page.locator("#submit-state")).to_be_empty()
+
+
 def test_a_file_that_has_changed_since_it_was_chosen_is_named(
     failing: Page, tmp_path: Path
 ) -> None:
@@ -191,6 +248,17 @@ def test_an_invalid_option_is_shown_where_its_section_is_closed(page: Page) -> N
 
     expect(wrong).to_be_visible()
     expect(wrong).to_be_focused()
+
+
+def test_a_value_that_is_a_word_or_a_number_is_asked_for_in_one_line(page: Page) -> None:
+    page.goto("/")
+    page.get_by_role("button", name="New job").click()
+    page.locator("#options summary").first.click()
+
+    scene = page.locator("#option-scene")
+
+    expect(scene).to_have_attribute("type", "text")
+    expect(scene).to_have_attribute("placeholder", "not set")
 
 
 def test_a_link_that_is_dragged_raises_no_veil_and_may_go_into_the_search(page: Page) -> None:

@@ -167,3 +167,36 @@ def test_the_commands_of_a_job_find_each_file_in_the_folder_of_its_side(
     open_tab(page, "Solver")
     verify = page.get_by_role("region", name="Command that verifies the certificate")
     expect(verify).to_contain_text("--source source/a.gltf --reference reference/a.gltf")
+
+
+@pytest.mark.parametrize("name", ["model.fbx", "model.BLEND", "export.7z"])
+def test_what_cannot_be_read_is_refused_by_name_and_no_attachment_of_another_mesh(
+    page: Page, ball: MeshFile, name: str
+) -> None:
+    page.goto("/")
+    drop(page, "#drop", {name: b"\x00", "ref.obj": ball.data})
+
+    expect(page.locator("#take-state")).to_contain_text(f"Nothing was taken: {name} is of a kind")
+    expect(page.locator(".slot.filled")).to_have_count(0)
+    expect(page.locator(".resources li")).to_have_count(0)
+
+
+def test_a_drop_without_a_mesh_is_said_to_lack_one(page: Page) -> None:
+    page.goto("/")
+    drop(page, "main", {"paint.mtl": b"newmtl paint\n"})
+
+    expect(page.locator("#intent")).to_contain_text("No mesh yet: paint.mtl is what a mesh names")
+
+
+def test_a_chosen_mesh_is_taken_out_again_with_what_it_names(page: Page) -> None:
+    new, old = two_exports()
+    page.goto("/")
+    for side, mesh in (("source", new), ("reference", old)):
+        drop(page, f".slot[data-slot={side}]", {mesh.name: mesh.data, **mesh.resources})
+
+    page.get_by_role("button", name=f"Leave out {old.name} as the reference").click()
+
+    expect(page.locator(".slot.filled")).to_have_count(1)
+    expect(page.locator("[data-resources=reference] li")).to_have_count(0)
+    expect(page.locator("[data-resources=source] li")).to_have_count(1)
+    expect(page.locator("#send")).to_have_text("Audit the source alone")
