@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from meshcone.program.ties import Ties
-from meshcone.quality.contacts import GAP, GAP_OVER_EDGE, border_contacts
+from meshcone.quality.contacts import GAP_OVER_EDGE, border_contacts, reaches
 from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints
 
@@ -98,9 +98,11 @@ def _near_borders(mesh: Mesh) -> Ints:
     ends, lengths = mesh.edges.ravel(), np.repeat(mesh.edge_lengths, 2)
     degree = np.maximum(np.bincount(ends, minlength=len(mesh.vertices)), 1)
     mean = np.bincount(ends, lengths, minlength=len(mesh.vertices)) / degree
-    allowed = np.minimum(GAP, GAP_OVER_EDGE * mean)
+    reach = reaches(mesh)
+    allowed = np.minimum(reach, GAP_OVER_EDGE * mean)
     points = mesh.vertices[border]
-    found = cKDTree(points).query(points, k=_NEIGHBOURS + 1, distance_upper_bound=GAP)
+    farthest = float(reach[border].max())
+    found = cKDTree(points).query(points, k=_NEIGHBOURS + 1, distance_upper_bound=farthest)
     gaps, others = np.asarray(found[0]), np.asarray(found[1])
     one, place = np.nonzero(others < len(border))  # the tree's length where there is no other
     pairs = border[np.stack([one, others[one, place]], axis=1)]

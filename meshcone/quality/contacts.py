@@ -15,9 +15,11 @@ from meshcone.surface import Mesh
 from meshcone.surface.arrays import Bools, Floats, Ints, row_dot, row_lengths, sorted_distinct
 from meshcone.surface.box_tree import BoxTree
 
-# What lies on a border is no farther from it than this share of the reference's radius, and than
-# this share of the edges there.
+# What lies on a border is no farther from it than this share of the reference's radius, or than
+# its file may have rounded two sides of a seam apart, and than this share of the edges there.
 GAP, GAP_OVER_EDGE = 1e-4, 0.05
+# Steps of a file between what was one place, and was rounded by a writer and by one before it.
+_STEPS = 2 * 3**0.5
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Contacts:
         shares: (k,) where on it: 0 at its first end, 1 at its second.
         gaps: (k,) how far from it, relative to the reference's radius.
         inside: (k,) whether it lies farther from both ends than it may lie from the edge.
+        rounding: (k,) what a gap may grow by in rounding alone, as the files' numbers are.
     """
 
     vertices: Ints
@@ -37,6 +40,7 @@ class Contacts:
     shares: Floats
     gaps: Floats
     inside: Bools
+    rounding: Floats
 
     def opened(self, positions: Floats) -> tuple[Bools, Floats]:
         """Find the contacts that are farther apart at (n, 3) positions than they were.
@@ -48,11 +52,22 @@ class Contacts:
         if not len(self.vertices):
             return np.zeros(0, dtype=bool), np.zeros(0)
         _, gaps = nearest_on_edges(positions[self.vertices], positions[self.edges])
-        return gaps > self.gaps + GAP, gaps
+        return gaps > self.gaps + self.rounding, gaps
 
     def touching(self, which: Bools) -> Ints:
         """List the vertices and the ends of edges of some contacts."""
         return np.concatenate([self.vertices[which], self.edges[which].ravel()])
+
+
+def reaches(mesh: Mesh) -> Floats:
+    """Return how far from each vertex of a mesh what lies on it may be, (n,).
+
+    Args:
+        mesh: in the reference's frame, where its radius is 1.
+    """
+    if mesh.precision is None:
+        return np.full(len(mesh.vertices), GAP)
+    return np.maximum(GAP, _STEPS * mesh.precision)
 
 
 def border_contacts(mesh: Mesh, most_pairs: int, sides: Bools | None = None) -> Contacts:
@@ -70,22 +85,28 @@ def border_contacts(mesh: Mesh, most_pairs: int, sides: Bools | None = None) -> 
     lengths = row_lengths(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]])
     shortest = np.full(len(mesh.vertices), np.inf)
     np.minimum.at(shortest, ends.ravel(), np.repeat(lengths, 2))
-    vertices, edges = _close_pairs(mesh, ends, lengths, most_pairs)
+    reach = reaches(mesh)
+    vertices, edges = _close_pairs(mesh, ends, lengths, float(reach.max(initial=GAP)), most_pairs)
     own = (ends[edges] == vertices[:, None]).any(axis=1) | (opposite[edges] == vertices)
     vertices, edges = vertices[~own], edges[~own]
     shares, gaps = nearest_on_edges(mesh.vertices[vertices], mesh.vertices[ends[edges]])
-    allowed = np.minimum(GAP, GAP_OVER_EDGE * np.minimum(lengths[edges], shortest[vertices]))
+    around = np.maximum(reach[vertices], reach[ends].max(axis=1)[edges])
+    allowed = np.minimum(around, GAP_OVER_EDGE * np.minimum(lengths[edges], shortest[vertices]))
     # All of a hole that has shrunk to a dot lies on itself, and of a face without height.
     _, heights = nearest_on_edges(mesh.vertices[opposite], mesh.vertices[ends])
-    kept = (gaps <= allowed) & (np.minimum(lengths, heights)[edges] > GAP)
-    vertices, edges, shares, allowed = (a[kept] for a in (vertices, edges, shares, allowed))
-    inside = np.minimum(shares, 1 - shares) * lengths[edges] > allowed
-    return Contacts(vertices, ends[edges], shares, gaps[kept], inside)
+    kept = (gaps <= allowed) & (np.minimum(lengths, heights)[edges] > around)
+    vertices, edges, shares, gaps = (a[kept] for a in (vertices, edges, shares, gaps))
+    inside = np.minimum(shares, 1 - shares) * lengths[edges] > allowed[kept]
+    # Both are written once more, and each of them half as far beside its place.
+    rounding = np.maximum(GAP, around[kept] / 2)
+    return Contacts(vertices, ends[edges], shares, gaps, inside, rounding)
 
 
-def _close_pairs(mesh: Mesh, ends: Ints, lengths: Floats, most_pairs: int) -> tuple[Ints, Ints]:
+def _close_pairs(
+    mesh: Mesh, ends: Ints, lengths: Floats, reach: float, most_pairs: int
+) -> tuple[Ints, Ints]:
     """Pair ends of edges with edges whose boxes are near, each pair once: (p,) and (p,)."""
-    reach = min(GAP, GAP_OVER_EDGE * float(lengths.max(initial=0.0)))
+    reach = min(reach, GAP_OVER_EDGE * float(lengths.max(initial=0.0)))
     tree = BoxTree.of(mesh.vertices, ends[:, [0, 1, 1]])
     found = [np.empty(0, dtype=np.int64)]
     try:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.quality.box_pairs import TooManyPairsError, overlapping_pairs
-from meshcone.quality.contacts import GAP, GAP_OVER_EDGE, nearest_on_edges
+from meshcone.quality.contacts import GAP, GAP_OVER_EDGE, nearest_on_edges, reaches
 from meshcone.surface import Mesh
-from meshcone.surface.arrays import Bools, Ints
+from meshcone.surface.arrays import Bools, Floats, Ints, row_lengths
 from meshcone.surface.box_tree import BoxTree
 
 
 def count_cracks(mesh: Mesh, most_pairs: int) -> int | None:
     """Count the edges of open borders that run within 1e-4 of the radius of another border.
+
+    It may be farther away where the file may have rounded the two that far apart, and no farther
+    than a twentieth of either edge.
 
     An edge counts if its middle is that near to an edge with which it shares no vertex, or which
     leaves a shared one in the same direction. The borders need not have their vertices in the same
@@ -28,20 +31,27 @@ def count_cracks(mesh: Mesh, most_pairs: int) -> int | None:
     sides = mesh.border_sides
     ends = np.stack([mesh.faces[sides], np.roll(mesh.faces, -1, axis=1)[sides]], axis=1)
     faces, corners = np.nonzero(sides)[0], mesh.vertices[ends]
+    lengths = row_lengths(corners[:, 1] - corners[:, 0])
+    reach = np.maximum(GAP, np.minimum(reaches(mesh)[ends].max(axis=1), GAP_OVER_EDGE * lengths))
+    farthest = float(reach.max(initial=GAP))
     cracked = np.zeros(len(ends), dtype=bool)
     tree = BoxTree.of(mesh.vertices, ends[:, [0, 1, 1]])
     try:
-        for pair in overlapping_pairs(tree, most_pairs, within=GAP):
-            first, second = (edges[_of_two_borders(mesh, ends, faces, *pair)] for edges in pair)
+        for pair in overlapping_pairs(tree, most_pairs, within=farthest):
+            apart = _of_two_borders(mesh, ends, faces, reach, *pair)
+            first, second = (edges[apart] for edges in pair)
             for one, other in ((first, second), (second, first)):
                 middles = corners[one].mean(axis=1)
-                cracked[one[nearest_on_edges(middles, corners[other])[1] <= GAP]] = True
+                _, away = nearest_on_edges(middles, corners[other])
+                cracked[one[away <= np.minimum(reach[one], reach[other])]] = True
     except TooManyPairsError:
         return None
     return int(np.count_nonzero(cracked))
 
 
-def _of_two_borders(mesh: Mesh, ends: Ints, faces: Ints, first: Ints, second: Ints) -> Bools:
+def _of_two_borders(
+    mesh: Mesh, ends: Ints, faces: Ints, reach: Floats, first: Ints, second: Ints
+) -> Bools:
     """Tell which pairs of border edges do not simply follow each other on one border, (k,).
 
     Edges that share a vertex follow each other there, unless the shorter one lies along the
@@ -56,5 +66,7 @@ def _of_two_borders(mesh: Mesh, ends: Ints, faces: Ints, first: Ints, second: In
     starts_there = (ends[short, :1] == ends[long]).any(axis=1)
     far = np.where(starts_there, ends[short, 1], ends[short, 0])
     _, away = nearest_on_edges(mesh.vertices[far], mesh.vertices[ends[long]])
-    apart[meeting] = away <= np.minimum(GAP, GAP_OVER_EDGE * lengths.min(axis=0))
+    apart[meeting] = away <= np.minimum(
+        reach[pairs].min(axis=0), GAP_OVER_EDGE * lengths.min(axis=0)
+    )
     return apart

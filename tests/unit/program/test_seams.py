@@ -41,6 +41,23 @@ def test_borders_that_lie_apart_stay_apart(gap: float) -> None:
     assert Seams.of(halves(gap)[0]).trivial
 
 
+@pytest.mark.parametrize(("step", "joined"), [(0.001, True), (0.0005, False)])
+def test_sides_that_a_coarse_file_rounded_apart_are_joined(step: float, joined: bool) -> None:
+    mesh, pairs = halves(0.003)
+    coarse = Mesh(mesh.vertices, mesh.faces, precision=np.full(len(mesh.vertices), step))
+
+    group = Seams.of(coarse).group
+
+    assert (group[pairs[:, 0]] == group[pairs[:, 1]]).all() == joined
+
+
+def test_steps_as_coarse_as_the_edges_join_nothing() -> None:
+    mesh, _ = halves(0.05)
+    coarse = Mesh(mesh.vertices, mesh.faces, precision=np.full(len(mesh.vertices), 0.1))
+
+    assert Seams.of(coarse).trivial
+
+
 def test_a_gap_is_what_it_was_wherever_its_sides_move() -> None:
     mesh, pairs = halves(9e-5)
     seams = Seams.of(mesh)

@@ -32,7 +32,7 @@ def following(edges: dict[int, tuple[int, int]], shares: dict[int, float], count
     vertices, ends = np.array(list(edges)), np.array(list(edges.values()))
     places = np.array([shares[vertex] for vertex in edges])
     none = np.zeros(len(vertices))
-    contacts = Contacts(vertices, ends, places, none, np.ones(len(vertices), dtype=bool))
+    contacts = Contacts(vertices, ends, places, none, np.ones(len(vertices), dtype=bool), none)
     positions = np.zeros((count, 3))
     positions[:, 0] = np.arange(count)
     made = Ties.of(positions, contacts)

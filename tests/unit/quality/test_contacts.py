@@ -75,3 +75,17 @@ def test_a_border_that_slides_along_the_other_opens_nothing() -> None:
     moved[found.vertices[found.inside], 1] += 0.1
 
     assert not found.opened(moved)[0].any()
+
+
+def test_rounding_by_a_coarse_file_does_not_open_a_border() -> None:
+    mesh = joined_halves(2, 4)
+    steps = Mesh(mesh.vertices, mesh.faces, precision=np.full(len(mesh.vertices), 0.001))
+    found = border_contacts(steps, PAIRS)
+    moved = np.where(
+        mesh.vertices[:, :1] > 1, mesh.vertices + np.array([0.0015, 0, 0]), mesh.vertices
+    )
+    moved[found.vertices] += [0.0015, 0, 0]
+
+    assert len(found.vertices)
+    assert not found.opened(moved)[0].any()
+    assert border_contacts(mesh, PAIRS).opened(moved)[0].any()

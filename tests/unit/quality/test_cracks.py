@@ -12,6 +12,10 @@ from tests.meshes import joined_halves, sheet, sphere
 PAIRS = 100_000
 
 
+def coarse(mesh: Mesh, step: float) -> Mesh:
+    return Mesh(mesh.vertices, mesh.faces, precision=np.full(len(mesh.vertices), step))
+
+
 def halves(gap: float, left: int = 6, right: int = 6) -> Mesh:
     """Two unit squares side by side, of so many cells along each side."""
     meshes = [sheet(cells + 1, cells + 1) for cells in (left, right)]
@@ -63,3 +67,12 @@ def test_a_mesh_without_a_seam_has_none(mesh: Mesh) -> None:
 
 def test_what_would_take_too_long_is_not_tested() -> None:
     assert count_cracks(halves(0.0), 3) is None
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.001, 12), (0.0005, 0)])
+def test_sides_that_a_coarse_file_rounded_apart_are_cracks(step: float, count: int) -> None:
+    assert count_cracks(coarse(halves(0.003), step), PAIRS) == count
+
+
+def test_steps_as_coarse_as_the_edges_make_no_cracks() -> None:
+    assert count_cracks(coarse(halves(0.05), 0.1), PAIRS) == 0
