@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
-from threading import Lock
+
+from anyio import to_thread
 
 from meshcone.gates.results import AssetError, AssetResult, GateRun, Judgement
 from service.api.context import Context
@@ -20,20 +21,20 @@ _READ_AT_ONCE = 8  # reports; a bucket takes its time for each
 _LOOKED_AT = 200  # jobs
 
 
-_one_at_a_time = Lock()
-"""A run of ten thousand pairs takes some hundred MiB while it is written."""
-
-
-def write_result(
+async def write_result(
     batch: BatchRecord, context: Context, written: Callable[[GateRun], bytes]
 ) -> bytes:
     """The result of a batch as a document; requests for several wait for each other.
 
+    One of ten thousand pairs takes some hundred MiB while it is written. Those that wait hold none
+    of the threads that all other requests need.
+
     Raises:
         ProblemError: as :func:`result_of`.
     """
-    with _one_at_a_time:
-        return written(result_of(batch, context))
+    return await to_thread.run_sync(
+        lambda: written(result_of(batch, context)), limiter=context.result_turns
+    )
 
 
 def result_of(batch: BatchRecord, context: Context) -> GateRun:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from service.access.quotas import JobQuotas
@@ -35,6 +36,7 @@ class Context:
         quotas: what each API key may still send.
         register: which files are needed.
         checks: reads meshes in processes of their own.
+        result_turns: lets one result of a batch be written at a time.
     """
 
     settings: ServiceSettings
@@ -46,6 +48,7 @@ class Context:
     quotas: JobQuotas
     register: BlobRegister
     checks: MeshChecks
+    result_turns: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(1))
 
     def job(self, record: JobRecord) -> Job:
         """What the API says of a record."""

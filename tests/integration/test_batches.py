@@ -16,6 +16,7 @@ from service.api.app import create_app
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.batches import Batches
 
 PAIR = {
     "source": {"url": "https://assets.example.org/mug.glb"},
@@ -167,6 +168,15 @@ def test_a_document_that_is_too_long_is_refused_while_it_comes(
     assert (status, "MESHCONE_BATCH_BYTES" in detail) == (413, True)
 
 
+def test_options_of_all_that_are_long_for_each_pair_are_refused(settings: ServiceSettings) -> None:
+    document = {"options": {"cones": {"pin": {"vertices": [*range(500)]}}}, "pairs": [PAIR] * 10}
+    small = settings.model_copy(update={"batch_bytes": 6000})
+    with TestClient(create_app(small, keys_required=False), "http://127.0.0.1:8000") as http:
+        status, detail = refused(http, document)
+
+    assert (status, "2 times MESHCONE_BATCH_BYTES" in detail) == (413, True)
+
+
 def test_what_is_no_json_is_another_media_type(http: TestClient) -> None:
     answer = http.post("/v1/batches", content=b"pairs", headers={"Content-Type": "text/plain"})
 
@@ -299,3 +309,18 @@ class TestKeys:
         assert [each.status_code for each in (first, second)] == [202, 429]
         assert "the batch has 4" in second.json()["detail"]
         assert third.status_code == 202
+
+    def test_a_batch_of_more_jobs_than_its_key_may_have_is_refused_before_any_is_staged(
+        self, settings: ServiceSettings, broker: EmbeddedBroker, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        staged = list[str]()
+        monkeypatch.setattr(
+            Batches, "stage", lambda _self, batch_id, _jobs: staged.append(batch_id)
+        )
+        paced = settings.model_copy(update={"key_active_jobs": 5})
+        headers = self.bearer(broker, "lamps")
+        with TestClient(create_app(paced), "http://127.0.0.1:8000") as http:
+            document = {"options": MEASURE, "pairs": [PAIR] * 6}
+            answer = http.post("/v1/batches", json=document, headers=headers)
+
+        assert (answer.status_code, staged) == (429, [])

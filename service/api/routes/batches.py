@@ -204,9 +204,9 @@ def delete_batch(record: FinishedBatch, context: ContextDependency) -> None:
     responses=_NOT_FINISHED,
     summary="Every verdict of a batch",
 )
-def get_batch_result(record: FinishedBatch, context: ContextDependency) -> Response:
+async def get_batch_result(record: FinishedBatch, context: ContextDependency) -> Response:
     """What `meshcone gate --json` writes of such a run, in the order of the pairs."""
-    return _written(record, context, _as_json, "application/json")
+    return await _written(record, context, _as_json, "application/json")
 
 
 def _text(media_type: str, description: str) -> dict[int | str, dict[str, Any]]:
@@ -225,9 +225,9 @@ def _file(
     response_class=Response,
     responses=_text("application/xml", "a test suite for each pair, a test case for each bound"),
 )
-def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Response:
+async def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Response:
     """The verdicts as JUnit XML."""
-    return _written(record, context, to_junit, "application/xml")
+    return await _written(record, context, to_junit, "application/xml")
 
 
 @router.get(
@@ -235,9 +235,9 @@ def get_batch_junit(record: FinishedBatch, context: ContextDependency) -> Respon
     response_class=Response,
     responses=_file("application/sarif+json", "a SARIF 2.1.0 log", {"type": "object"}),
 )
-def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Response:
+async def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Response:
     """What did not pass, as SARIF 2.1.0."""
-    return _written(record, context, to_sarif, "application/sarif+json")
+    return await _written(record, context, to_sarif, "application/sarif+json")
 
 
 @router.get(
@@ -245,15 +245,15 @@ def get_batch_sarif(record: FinishedBatch, context: ContextDependency) -> Respon
     response_class=Response,
     responses=_text("text/markdown", "the worst pairs, and what they did not pass"),
 )
-def get_batch_summary(record: FinishedBatch, context: ContextDependency) -> Response:
+async def get_batch_summary(record: FinishedBatch, context: ContextDependency) -> Response:
     """A summary in GitHub's Markdown, for a pull request."""
-    return _written(record, context, to_markdown, "text/markdown")
+    return await _written(record, context, to_markdown, "text/markdown")
 
 
-def _written(
+async def _written(
     record: BatchRecord, context: Context, written: Callable[[GateRun], bytes], media_type: str
 ) -> Response:
-    return Response(write_result(record, context, written), media_type=media_type)
+    return Response(await write_result(record, context, written), media_type=media_type)
 
 
 def _as_json(run: GateRun) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import AsyncIterator, Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -41,6 +42,7 @@ logger = structlog.get_logger(__name__)
 
 _IN_MEMORY = 1024 * 1024  # bytes of a document; the rest of it is on disk
 _STAGED_AT_ONCE = 100  # jobs
+_STAGED_BYTES = 2  # of all jobs together, each with the options of all, as times batch_bytes
 
 
 async def read_batch(request: Request) -> AsyncIterator[IO[bytes]]:
@@ -101,6 +103,10 @@ def accept_batch(
         context.settings.queue_capacity, sender.project, sender.owner, batch.pairs
     ):
         raise queue_full()
+    if sender.key is not None:
+        # The bytes are known only of staged jobs; so many jobs are refused before any is staged.
+        context.quotas.reserve(sender.key, batch.id, 0, batch.pairs)
+        context.quotas.settle(sender.key, batch.id, 0)
     try:
         return _commit(batch, document, claim, sender, context)
     finally:
@@ -115,8 +121,11 @@ def _commit(
     sender: Sender,
     context: Context,
 ) -> BatchRecord:
-    size, staged = 0, list[JobRecord]()
+    size, left, staged = 0, _STAGED_BYTES * context.settings.batch_bytes, list[JobRecord]()
     for job in _jobs(batch, document, sender, context):
+        left -= len(json.dumps(job.entry()))
+        if left < 0:
+            raise _too_long(context.settings)
         size += sum(file.size for file in job.stored_files)
         staged.append(job)
         if len(staged) == _STAGED_AT_ONCE:
@@ -184,6 +193,15 @@ class _Files:
             size = size_of_blob(file, self._batch_id, self._sender, self._context)
             self._sizes[file.sha256] = size
         return IncomingFile(StoredFile(name=file.name, digest=file.sha256, size=size))
+
+
+def _too_long(settings: ServiceSettings) -> LimitError:
+    return LimitError(
+        "the jobs of the batch, each with the options of all, have more than the "
+        f"{_STAGED_BYTES * settings.batch_bytes} bytes together that are accepted here, "
+        f"{_STAGED_BYTES} times MESHCONE_BATCH_BYTES: send fewer pairs at once, and a long list "
+        "of pinned vertices as a file that cones.pin.vertices_file names"
+    )
 
 
 def _known(batch_id: str, context: Context) -> BatchRecord:

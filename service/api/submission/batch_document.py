@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from meshcone.errors import InputError, LimitError, MeshConeError
 from meshcone.json_text import DuplicateNameError, NotFiniteError, part_decoder
+from meshcone.options import Options, parse_options
 from meshcone.suggestions import first_cause, in_words
 from meshcone.text import is_line
 from service.api.batch_schemas import NAME_LENGTH, BatchHeader
@@ -49,6 +50,7 @@ class BatchDocument:
     def __init__(self, file: IO[bytes], settings: ServiceSettings) -> None:
         self._file = file
         self._settings = settings
+        self._parsed: tuple[str, Options] | None = None
         fields: dict[str, Any] = {}
         digest, self.count = hashlib.sha256(), 0
         for name, value in _members(file):
@@ -95,7 +97,14 @@ class BatchDocument:
             own["options"] = _merged(common, options)
         if isinstance(labels, list):
             own["labels"] = [*header.labels, *labels]
-        return name, submission_in(own, self._settings)
+        return name, submission_in(own, self._settings, self._options)
+
+    def _options(self, sent: dict[str, Any]) -> Options:
+        """Options parsed; most pairs have those of the one before, of which a long list is slow."""
+        text = json.dumps(sent)  # to which 1, 1.0 and true are not equal
+        if self._parsed is None or self._parsed[0] != text:
+            self._parsed = text, parse_options(sent)
+        return self._parsed[1]
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 from fastapi import Request
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 
 from meshcone.errors import InputError, LimitError
 from meshcone.json_text import DuplicateNameError, parse_json
+from meshcone.options import Options, parse_options
 from meshcone.suggestions import first_cause, in_words
 from service.api.schemas import JobRequest
 from service.api.submission.parts import (
@@ -37,7 +39,11 @@ async def read_document(request: Request, settings: ServiceSettings) -> Submitte
     return submission_in(_parsed(await _bounded(request)), settings)
 
 
-def submission_in(document: Any, settings: ServiceSettings) -> SubmittedForm:
+def submission_in(
+    document: Any,
+    settings: ServiceSettings,
+    parse: Callable[[dict[str, Any]], Options] = parse_options,
+) -> SubmittedForm:
     """The job that a JSON value describes; raises as :func:`read_document` does."""
     try:
         job = JobRequest.model_validate(document)
@@ -59,6 +65,7 @@ def submission_in(document: Any, settings: ServiceSettings) -> SubmittedForm:
         webhook=job.webhook,
         outputs=job.outputs,
         settings=settings,
+        parse=parse,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any, BinaryIO
@@ -64,6 +64,7 @@ def submission_of(
     webhook: str | None,
     outputs: Mapping[OutputName, OutputPlace],
     settings: ServiceSettings,
+    parse: Callable[[dict[str, Any]], Options] = parse_options,
 ) -> SubmittedForm:
     """A submission of these parts, if they can be used together.
 
@@ -76,6 +77,7 @@ def submission_of(
         webhook: as it was sent.
         outputs: where to put what is made.
         settings: how much is accepted, and from where.
+        parse: what the options are parsed with.
 
     Raises:
         InputError: a part cannot be used, or does not fit the others.
@@ -88,7 +90,7 @@ def submission_of(
         )
     _require_distinct(resources)
     sent = dict(options)
-    parsed = _sound(parse_options(sent))
+    parsed = _sound(parse(sent))
     _require_list(parsed, resources)
     _require_units(parsed, source.name, None if reference is None else reference.name)
     if reference is None:

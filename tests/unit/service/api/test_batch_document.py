@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshcone.errors import InputError, LimitError
+from meshcone.options import Options
 from meshcone.text import is_line
 from service.api.submission.batch_document import BatchDocument
 from service.settings import ServiceSettings
@@ -22,6 +23,12 @@ PAIR = {
 }
 LINE = st.characters(codec="utf-8").filter(is_line)
 SPACE = st.text(" \n\t\r", max_size=3)
+
+
+def options_of(common: Any, *own: Any) -> list[Options]:
+    pairs = [{**PAIR, "options": each} for each in own]
+    found = document(json.dumps({"options": common, "pairs": pairs}))
+    return [form.options for _, form in found.pairs()]
 
 
 class Trickle(io.BytesIO):
@@ -173,3 +180,10 @@ def test_the_fingerprint_is_of_the_content_and_not_of_its_spelling() -> None:
     turned = document(json.dumps({"name": "a", "pairs": [{**PAIR, "name": "b"}, PAIR]}))
 
     assert first.fingerprint == respelled.fingerprint != turned.fingerprint
+
+
+def test_equal_options_of_pairs_are_parsed_once() -> None:
+    first, second, other = options_of({"mode": "measure"}, {}, {}, {"align": "rigid"})
+
+    assert first is second
+    assert (other.mode, first.align, other.align) == ("measure", "none", "rigid")
