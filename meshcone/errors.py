@@ -8,6 +8,8 @@ the options for ``infeasible``, the operator for ``timeout``, ``memory``, ``cras
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import ClassVar, Literal
 
 from meshcone.text import as_text
@@ -82,3 +84,13 @@ class InternalError(MeshConeError):
     """A fault of ours: the file is not to blame."""
 
     kind = "internal"
+
+
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Add the file's name to errors raised where only its content is known."""
+    try:
+        yield
+    except MeshConeError as error:
+        error.file = error.file or file
+        raise

@@ -260,6 +260,10 @@ class Told:
     def __add__(self, other: Told) -> Told:
         return Told(self.warnings + other.warnings, self.not_examined | other.not_examined)
 
+    def has(self, code: Code) -> bool:
+        """Whether a warning of this code was found."""
+        return any(found.code == code for found in self.warnings)
+
     def section(self) -> dict[str, Any]:
         """Both as fields of a report."""
         return {

@@ -195,6 +195,11 @@ class Pair:
         """The parts of source and reference."""
         return Partition(*self.source_asset.parts(by)), Partition(*self.reference_asset.parts(by))
 
+    def measured_parts(self, options: Options) -> tuple[Partition, Partition] | None:
+        """The parts whose metrics are asked for one by one; None where they are not."""
+        by = options.quality.per
+        return self.partitions(by) if by else None
+
     def warnings(self, source: Validity, reference: Validity, written: Asset | None = None) -> Told:
         """Collect what the readers had to say, and what the pair suggests may be wrong with it.
 

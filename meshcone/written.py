@@ -1,16 +1,23 @@
-"""Where a file that was written has the vertices of its source, with every copy that it stores."""
+"""A refined file as it was written, and where it has every copy of the vertices of its source."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
+from pathlib import PurePath
 
 import numpy as np
 
 from meshcone.assets import Asset
+from meshcone.errors import InputError, InternalError
 from meshcone.pair import Pair
+from meshcone.program.answer import RefinedPositions
+from meshcone.report.report import OutputRecord
 from meshcone.surface import Frame
 from meshcone.surface.arrays import Floats, Ints, row_lengths
 from meshcone.surface.similarity import rounding_of, transform_points
+
+_ASTRAY = 1.0  # radii; no type of number in use is as coarse as the whole mesh
 
 
 @dataclass(frozen=True)
@@ -74,3 +81,43 @@ class WrittenVertices:
         farthest = np.zeros(len(places))
         np.maximum.at(farthest, self._weld, lengths)
         return farthest
+
+
+@dataclass(frozen=True)
+class WrittenFile:
+    """The refined file, as written and as read again, and where it has its vertices."""
+
+    record: OutputRecord
+    data: bytes
+    asset: Asset
+    vertices: WrittenVertices
+
+
+def write_refined(pair: Pair, solved: RefinedPositions) -> WrittenFile:
+    """Write the answer into the source's file, or that file itself where it was kept.
+
+    Raises:
+        InternalError: what was written is not what is read back.
+    """
+    data = pair.source_file.data if solved.kept_input else pair.patched(solved.positions)
+    record = OutputRecord(
+        name=_refined_name(pair.source_asset.name),
+        sha256=hashlib.sha256(data).hexdigest(),
+        bytes=len(data),
+    )
+    try:
+        asset = pair.read_patched(data)
+    except InputError as error:  # the source could be read
+        words = f"the refined file cannot be read back: {error.message}"
+        raise InternalError(words, file=record.name, place=error.place) from error
+    vertices = WrittenVertices.of(pair, asset)
+    astray = float(vertices.away_from(solved.positions).max(initial=0.0))
+    if astray > _ASTRAY:
+        words = f"the refined file has a vertex {astray:.3g} radii from where it was to be"
+        raise InternalError(words, file=record.name)
+    return WrittenFile(record, data, asset, vertices)
+
+
+def _refined_name(name: str) -> str:
+    path = PurePath(name)
+    return f"{path.stem}.refined{path.suffix}"

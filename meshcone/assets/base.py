@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 from weakref import ReferenceType, ref
@@ -15,11 +12,12 @@ from numpy.typing import NDArray
 
 from meshcone.assets.archive import Packed
 from meshcone.assets.content import Content, Draw, Mesh, Node, Primitive
-from meshcone.assets.divisions import Division, select_faces
+from meshcone.assets.counts import AssetCounts
+from meshcone.assets.divisions import Division, nearest_division, select_faces
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import WeldedSurface
-from meshcone.errors import InputError, MeshConeError
+from meshcone.errors import InputError, naming
 from meshcone.files import MeshFile
 from meshcone.notices import Code, Notice
 from meshcone.options import Options, SelectOptions
@@ -27,34 +25,6 @@ from meshcone.surface.charts import Charts
 from meshcone.surface.subdivision import Subdivision
 
 _DEFAULT = WritePolicy()
-# The divisions of a file that answer for a kind of part, the first that it has.
-_DIVISIONS = {
-    "node": ("nodes", "meshes", "groups"),
-    "mesh": ("meshes", "groups"),
-    "material": ("materials",),
-    "group": ("groups", "meshes"),
-}
-
-
-@dataclass(frozen=True)
-class AssetCounts:
-    """Sizes of a file, for the report.
-
-    Attributes:
-        vertices: raw vertices, split by seams, as the file stores them.
-        welded_vertices: distinct positions some face uses.
-        faces: triangles, as the file lists them, those without area among them.
-        polygons: faces as the file lists them; equal to the triangles it lists in glTF.
-        meshes: OBJ objects, or glTF meshes placed by a node.
-        materials: materials the faces name.
-    """
-
-    vertices: int
-    welded_vertices: int
-    faces: int
-    polygons: int
-    meshes: int
-    materials: int
 
 
 class Asset(abc.ABC):
@@ -213,8 +183,6 @@ class Asset(abc.ABC):
             return None
         with naming(self.name):
             selected = select_faces(self._divisions(), chosen, len(self.faces))
-            if not selected.any():
-                raise InputError("option 'select': no face is in all of the parts it names")
             fixed = WritePolicy(selected=selected).fixed_vertices(self.faces, len(self.vertices))
             if fixed.all():
                 raise InputError(
@@ -373,12 +341,10 @@ class Asset(abc.ABC):
         Returns:
             The parts' names, and (m,) the part of each face.
         """
-        divisions = self._divisions()
-        found = [divisions[name] for name in _DIVISIONS[by] if name in divisions]
-        named = next((each for each in found if each.names), None)
-        if named is None:
+        nearest = nearest_division(self._divisions(), by)
+        if nearest is None:
             return ("",), np.zeros(len(self.faces), dtype=np.int64)
-        return named.part_names(), named.labels
+        return nearest.part_names(), nearest.labels
 
     def _divisions(self) -> dict[str, Division]:
         """The ways the file is divided, by the name of their option."""
@@ -391,13 +357,3 @@ class Asset(abc.ABC):
         used = self.weld >= 0
         positions = np.where(used[:, None], vertices[self.weld], self.positions)
         return positions, used & (positions != self.positions).any(axis=1)
-
-
-@contextmanager
-def naming(file: str) -> Iterator[None]:
-    """Add the file's name to errors raised where only its content is known."""
-    try:
-        yield
-    except MeshConeError as error:
-        error.file = error.file or file
-        raise

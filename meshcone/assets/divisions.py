@@ -14,6 +14,13 @@ from meshcone.errors import InputError
 from meshcone.options import SelectOptions
 
 _SHOWN = 5
+# The divisions of a file that answer for a kind of part, the first that it has.
+_DIVISIONS = {
+    "node": ("nodes", "meshes", "groups"),
+    "mesh": ("meshes", "groups"),
+    "material": ("materials",),
+    "group": ("groups", "meshes"),
+}
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,17 @@ class Division:
         return {i for i, name in self.names.items() if name and (name == key or matches(name))}
 
 
+def nearest_division(divisions: Mapping[str, Division], by: str) -> Division | None:
+    """The division that answers for a kind of part; None where the file has none with names.
+
+    Args:
+        divisions: those the file has, by the name of their option.
+        by: node, mesh, material or group.
+    """
+    found = [divisions[name] for name in _DIVISIONS[by] if name in divisions]
+    return next((each for each in found if each.names), None)
+
+
 def select_faces(
     divisions: dict[str, Division], chosen: SelectOptions, faces: int
 ) -> NDArray[np.bool_]:
@@ -65,7 +83,7 @@ def select_faces(
         faces: how many faces there are.
 
     Raises:
-        InputError: the file has no such division, or no part of the name.
+        InputError: the file has no such division or no part of the name, or no face is in all.
     """
     selected = np.ones(faces, dtype=bool)
     for kind, keys in chosen.given().items():
@@ -81,6 +99,8 @@ def select_faces(
             meant |= found
         chosen_parts = np.array([not meant.isdisjoint(part) for part in division.parts])
         selected &= chosen_parts[division.labels]
+    if not selected.any():
+        raise InputError("option 'select': no face is in all of the parts it names")
     return selected
 
 

@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 
 from meshcone.assets.archive import is_archive, read_directory, unpack
 from meshcone.assets.archive.directory import Directory
-from meshcone.assets.base import Asset, naming
+from meshcone.assets.base import Asset
 from meshcone.assets.converted import SUFFIXES, read_converted, recognise_converted
 from meshcone.assets.converted.formats import Converted, recognise_package
 from meshcone.assets.foreign import read_foreign, recognise_foreign
@@ -19,7 +19,7 @@ from meshcone.assets.obj import read_obj
 from meshcone.assets.pointers import refuse_pointer
 from meshcone.assets.points import PointAsset, read_xyz
 from meshcone.assets.policy import ALL_SCENES, ReadPolicy
-from meshcone.errors import InputError
+from meshcone.errors import InputError, naming
 from meshcone.files import MeshFile
 from meshcone.settings import load_settings
 from meshcone.text import BYTE_ORDER_MARK

@@ -26,6 +26,7 @@ ROUNDING = 1e-9
 _DEVIATION = "point_to_surface"
 _PROVEN = "deviation"
 _SHOWN = 5  # words of a list
+_RULES = {"all_match": "must match", "none_match": "must not match"}
 
 
 def judged(report: SameReport) -> SameReport:
@@ -42,7 +43,7 @@ def judge(report: AnyReport, gates: GateTable) -> GateVerdict:
     allows 0 and nothing else; the ends of a proven interval are compared as they are.
 
     Args:
-        report: of a refinement or a measurement.
+        report: of a refinement, a measurement or an audit.
         gates: by the name of a value; see :func:`meshcone.gates.fitting.require_known`.
     """
     checks = (
@@ -139,9 +140,6 @@ def _as_number(value: object) -> float | None:
     return float(value)
 
 
-_RULES = {"all_match": "must match", "none_match": "must not match"}
-
-
 def _some(words: Sequence[object]) -> str:
     """Write the first words of a list, and how many there are."""
     if not words:
@@ -195,22 +193,38 @@ class _Comparison:
             within, beyond = lower >= self.allowed, upper < self.allowed
         value = upper if within == self._is_upper else lower
         status: Status = "pass" if within else "fail" if beyond else "not_tested"
-        words = f"{name_of(self.key)} "
-        if status == "not_tested":
-            words += f"between {number(lower, upper)} and {self._with_unit(upper, lower)}"
-        else:
-            words += "at most " if value == upper else "at least "
-            words += self._with_unit(value, self.allowed)
-        if status == "fail" and self._is_upper and at is not None:
-            words += f" at {point(at)}"
-        words += ", allowed " if self._is_upper else ", at least "
-        words += self._with_unit(self.allowed, value)
-        if not self._is_upper:
-            words += " required"
-        if status == "not_tested":
-            words += ": not decided within `deviation.pieces`"
         position = at if status == "fail" else None
+        words = self._interval_words(lower, upper, value, status, position)
         return _Finding(value, self.allowed, status, words, position)
+
+    def _interval_words(
+        self,
+        lower: float,
+        upper: float,
+        value: float,
+        status: Status,
+        position: tuple[float, float, float] | None,
+    ) -> str:
+        """Say where a value lies, and what is allowed of it.
+
+        Args:
+            lower: one end of the interval.
+            upper: the other end.
+            value: the one that decides.
+            status: what it decides.
+            position: where a value that is too large was found.
+        """
+        if status == "not_tested":
+            found = f"between {number(lower, upper)} and {self._with_unit(upper, lower)}"
+        else:
+            end = "at most" if value == upper else "at least"
+            found = f"{end} {self._with_unit(value, self.allowed)}"
+        if self._is_upper and position is not None:
+            found += f" at {point(position)}"
+        limit = self._with_unit(self.allowed, value)
+        wanted = f"allowed {limit}" if self._is_upper else f"at least {limit} required"
+        open_ = ": not decided within `deviation.pieces`" if status == "not_tested" else ""
+        return f"{name_of(self.key)} {found}, {wanted}{open_}"
 
     def _ends_in_unit(self, found: DistanceInterval) -> tuple[float, float]:
         """Both ends in the unit of the bound, rounded outwards."""

@@ -49,11 +49,12 @@ def refine(
     The result is that of ``meshcone refine``, byte for byte.
 
     Args:
-        source: the mesh to refine: a path (``.obj``, ``.glb``, ``.gltf``), ``(name, bytes)``,
-            a ``trimesh.Trimesh`` or ``Scene``, ``(vertices, faces)``, or what
-            :func:`meshcone.load` or another call returned.
-        reference: the mesh it should have been, likewise; a file may also be ``.ply``,
-            ``.stl`` or ``.off``.
+        source: the mesh to refine: a path (``.obj``, ``.glb``, ``.gltf``, ``.ply``, ``.stl``,
+            ``.off``, or a ``.zip`` with one), ``(name, bytes)``, a ``trimesh.Trimesh`` or
+            ``Scene``, ``(vertices, faces)``, or what :func:`meshcone.load` or another call
+            returned.
+        reference: the mesh it should have been, likewise; a file may also be STEP, 3MF, USD
+            or ``.xyz``.
         gates: bounds on values of the report, as in ``docs/gates.md``; the verdict is in
             ``.report.gates``.
         progress: called between stages and rounds with a ``meshcone.progress.Progress``.
@@ -74,8 +75,7 @@ def refine(
         meshcone.errors.InfeasibleError: the constraints contradict each other.
         meshcone.errors.SolveTimeoutError: ``solver={"time_limit": …}`` passed.
     """
-    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
-    resolved = options_from(given, "refine")
+    resolved = options_from(options, "refine", gates)
     return refine_loaded(
         load_unread(source, "source"),
         load_unread(reference, "reference"),
@@ -124,8 +124,7 @@ def measure(
         meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
         meshcone.errors.LimitError: a mesh is larger than this installation accepts.
     """
-    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
-    resolved = options_from(given, "measure")
+    resolved = options_from(options, "measure", gates)
     return _measured(load_unread(source, "source"), load_unread(reference, "reference"), resolved)
 
 
@@ -160,8 +159,7 @@ def audit(
         meshcone.errors.ArgumentError: an argument is nothing that can be a mesh.
         meshcone.errors.LimitError: a mesh is larger than this installation accepts.
     """
-    given: dict[str, Any] = {**options} if gates is None else {**options, "gates": gates}
-    resolved = options_from(given, "audit")
+    resolved = options_from(options, "audit", gates)
     from meshcone.verbs.audit import audit as run
 
     source = load_unread(asset, "asset")

@@ -41,19 +41,23 @@ class OptionKeywords(TypedDict, total=False):
     detail: Mapping[str, Any]
 
 
-def options_from(keywords: Mapping[str, Any], mode: Mode) -> Options:
+def options_from(
+    keywords: Mapping[str, Any], mode: Mode, gates: Mapping[str, Any] | None = None
+) -> Options:
     """Validate keyword arguments.
 
     Args:
         keywords: the options' own structure, such as ``surface={"edge_cap": 3}``, or dotted
             names, such as ``**{"surface.edge_cap": 3}``.
         mode: of the function that was called.
+        gates: those of an argument of their own.
 
     Raises:
         InputError: an option is unknown, out of range or given twice.
     """
     document: dict[str, Any] = {}
-    for name, value in keywords.items():
+    given = keywords if gates is None else {**keywords, "gates": gates}
+    for name, value in given.items():
         _put(document, name.split("."), plain(value), name)
     if document.setdefault("mode", mode) != mode:
         asked = document["mode"]

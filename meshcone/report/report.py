@@ -179,6 +179,20 @@ NotExamined = Annotated[
         "says nothing"
     ),
 ]
+AppearanceSection = Annotated[
+    Appearance | None,
+    Field(description="absent where the reference has no colours, or where it was turned off"),
+]
+AssetSection = Annotated[
+    Audits | None, Field(description="absent where the option `audit` is false")
+]
+ChangesSection = Annotated[
+    Changes | None,
+    Field(
+        description="what differs in the source from the reference besides the surface; absent "
+        "where the option `audit` is false"
+    ),
+]
 ProvenSection = Annotated[
     Deviation | None, Field(description="absent where the option `deviation.prove` is false")
 ]
@@ -197,15 +211,9 @@ class MeasureReport(_Record):
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     options: Options
     quality: Quality
-    appearance: Appearance | None = Field(
-        None, description="absent where the reference has no colours, or where it was turned off"
-    )
-    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
-    changes: Changes | None = Field(
-        None,
-        description="what differs in the source from the reference besides the surface; absent "
-        "where the option `audit` is false",
-    )
+    appearance: AppearanceSection = None
+    asset: AssetSection = None
+    changes: ChangesSection = None
     deviation: ProvenSection = None
     gates: GateVerdict | None = Field(None, description="absent where there were no gates")
     warnings: list[WarningRecord]
@@ -231,15 +239,9 @@ class Report(_Record):
     alignment: AlignmentRecord | None = Field(description="absent where none was asked for")
     options: Options
     quality: Quality
-    appearance: Appearance | None = Field(
-        None, description="absent where the reference has no colours, or where it was turned off"
-    )
-    asset: Audits | None = Field(None, description="absent where the option `audit` is false")
-    changes: Changes | None = Field(
-        None,
-        description="what differs in the source from the reference besides the surface; absent "
-        "where the option `audit` is false",
-    )
+    appearance: AppearanceSection = None
+    asset: AssetSection = None
+    changes: ChangesSection = None
     deviation: ProvenSection = None
     within: WithinRecord | None = Field(None, description="absent where no tolerance was asked for")
     output: OutputRecord

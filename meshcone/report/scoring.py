@@ -51,7 +51,7 @@ class Scorer:
         Args:
             source: in the reference's frame.
             reference: in its own frame.
-            options: ``quality``, ``seed`` and ``baselines`` are read.
+            options: ``quality``, ``deviation``, ``seed`` and ``baselines`` are read.
             collapsed: faces that the files of source and reference list and the meshes do not
                 have, because corners of theirs are at one place.
             partitions: the parts of source and reference, if they are to be told apart.

@@ -59,20 +59,15 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         if options.align != "none":
             pair = pair.aligned(options.align, options.seed)
     with watch.stage("quality"):
-        scorer = Scorer(
-            pair.source,
-            pair.reference,
-            options,
-            pair.collapsed,
-            pair.partitions(options.quality.per) if options.quality.per else None,
-        )
+        parts = pair.measured_parts(options)
+        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed, parts)
         quality = scorer.quality(refined=None, frame=pair.frame)
         appearance = scorer.appearance(*pair.paints)
         proven = scorer.deviation(pair.frame, pair.gates(options), pair.tolerance)
         told = pair.warnings(quality.input.validity, quality.floor.validity)
         told += appearance_warnings(appearance, asked=options.quality.appearance)
     with watch.stage("audit"):
-        found = (
+        audits = (
             audited(
                 options,
                 Audited(source, pair.source_asset, quality.input.validity, pair.alignment),
@@ -87,7 +82,7 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         outcome=decide_agreement(
             quality.input,
             quality.floor,
-            is_opposed=any(found.code == Code.NORMALS_OPPOSED for found in told.warnings),
+            is_opposed=told.has(Code.NORMALS_OPPOSED),
         ),
         inputs=pair.inputs(quality.input.validity, quality.floor.validity),
         frame=pair.frame_record(),
@@ -95,10 +90,10 @@ def measurement(source: MeshFile, reference: MeshFile, options: Options) -> Meas
         options=options,
         quality=quality,
         appearance=appearance,
-        asset=found and found.asset,
-        changes=found and found.changes,
+        asset=audits and audits.asset,
+        changes=audits and audits.changes,
         deviation=proven and proven.record,
-        **(told + (found.told if found else NOT_AUDITED)).section(),
+        **(told + (audits.told if audits else NOT_AUDITED)).section(),
         timings=Timings(
             read=watch.seconds["read"],
             align=watch.seconds["align"],

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from pathlib import PurePath
 
-from meshcone.assets import Asset
 from meshcone.certificate.certify import certify
 from meshcone.certificate.file import CertificateDocument, CertificateFile, Closeness
 from meshcone.deadline import time_allowed
 from meshcone.detailing import Solution, require_divisible, solve_in_detail
-from meshcone.errors import InputError, InternalError
 from meshcone.files import MeshFile
-from meshcone.formulation import Formulated, formulate
+from meshcone.formulation import formulate
 from meshcone.gates.fitting import require_known
 from meshcone.gates.judge import judged
-from meshcone.notices import Code, Told, WarningRecord, warning
+from meshcone.notices import Code, Told
 from meshcone.options import Options
 from meshcone.pair import Pair, read_pair
 from meshcone.program.answer import RefinedPositions
-from meshcone.program.diagnostics import SolverReport
 from meshcone.program.tension import vertex_tension
 from meshcone.progress import Progress, ProgressCallback, Stage
 from meshcone.quality.deviation.proving import ProvenDeviation
@@ -32,17 +27,17 @@ from meshcone.report.audits import Audited, audited
 from meshcone.report.data_checks import appearance_warnings
 from meshcone.report.misfit import misfit
 from meshcone.report.outcome import decide_outcome
-from meshcone.report.report import Displacement, OutputRecord, Report, Timings
+from meshcone.report.report import Displacement, Report, Timings
 from meshcone.report.scoring import Scorer
+from meshcone.report.solver import solver_report, solver_warnings
 from meshcone.report.statement import statement
 from meshcone.stopwatch import Stopwatch
 from meshcone.surface.arrays import Floats
 from meshcone.views.scene import Scene
-from meshcone.written import WrittenVertices
+from meshcone.written import WrittenFile, write_refined
 
 # Share of the whole work that is done when each stage begins; measured at 4k vertices.
 _STAGE_STARTS: dict[Stage, float] = {"read": 0.0, "solve": 0.1, "write": 0.65, "quality": 0.7}
-_ASTRAY = 1.0  # radii; no type of number in use is as coarse as the whole mesh
 
 
 @dataclass(frozen=True)
@@ -116,16 +111,11 @@ def refine(
             pair, solved = solution.pair, solution.answer
     tracker.enter("write")
     with watch.stage("write"):
-        written = _write(pair, solved)
+        written = write_refined(pair, solved)
     tracker.enter("quality")
     with watch.stage("quality"):
-        scorer = Scorer(
-            pair.source,
-            pair.reference,
-            options,
-            pair.collapsed,
-            pair.partitions(options.quality.per) if options.quality.per else None,
-        )
+        parts = pair.measured_parts(options)
+        scorer = Scorer(pair.source, pair.reference, options, pair.collapsed, parts)
         vertices = written.vertices
         after = scorer.refined(pair.source.moved_to(vertices.in_frame))
         # What is proven is of the file: of every copy that it has of a vertex.
@@ -154,42 +144,12 @@ def _limited(options: Options, seconds: float | None) -> Options:
     return options.model_copy(update={"solver": solver})
 
 
-@dataclass(frozen=True)
-class _Written:
-    """The refined file, as written and as read again, and where it has its vertices."""
-
-    record: OutputRecord
-    data: bytes
-    asset: Asset
-    vertices: WrittenVertices
-
-
-def _write(pair: Pair, solved: RefinedPositions) -> _Written:
-    data = pair.source_file.data if solved.kept_input else pair.patched(solved.positions)
-    record = OutputRecord(
-        name=_refined_name(pair.source_asset.name),
-        sha256=hashlib.sha256(data).hexdigest(),
-        bytes=len(data),
-    )
-    try:
-        asset = pair.read_patched(data)
-    except InputError as error:  # the source could be read
-        words = f"the refined file cannot be read back: {error.message}"
-        raise InternalError(words, file=record.name, place=error.place) from error
-    vertices = WrittenVertices.of(pair, asset)
-    astray = float(vertices.away_from(solved.positions).max(initial=0.0))
-    if astray > _ASTRAY:
-        words = f"the refined file has a vertex {astray:.3g} radii from where it was to be"
-        raise InternalError(words, file=record.name)
-    return _Written(record, data, asset, vertices)
-
-
 def _report(
     sent: Pair,
     solution: Solution,
     scorer: Scorer,
     options: Options,
-    written: _Written,
+    written: WrittenFile,
     after: Metrics,
     proven: ProvenDeviation | None,
 ) -> Report:
@@ -200,11 +160,11 @@ def _report(
     certificate = None
     if solved.final is not None:
         certificate = certify(problem, solved.final, written.vertices, options.solver.tolerance)
-    solver = _solver_report(options, solved)
+    solver = solver_report(options, solved)
     told = (
         pair.warnings(*validity, written.asset)
         + appearance_warnings(appearance, asked=options.quality.appearance)
-        + Told(_solver_warnings(solver, solved, problem))
+        + Told(solver_warnings(solver, solved, problem.unmet()))
     )
     if not options.audit:
         told += NOT_AUDITED
@@ -225,7 +185,7 @@ def _report(
             samples=options.quality.samples,
             largest_move=float(moves.max()),
             solved=solved,
-            is_opposed=any(found.code == Code.NORMALS_OPPOSED for found in told.warnings),
+            is_opposed=told.has(Code.NORMALS_OPPOSED),
         ),
         inputs=sent.inputs(came, validity[1]),
         frame=pair.frame_record(),
@@ -244,7 +204,7 @@ def _report(
     )
 
 
-def _with_audit(report: Report, pair: Pair, written: _Written) -> Report:
+def _with_audit(report: Report, pair: Pair, written: WrittenFile) -> Report:
     refined = report.quality.refined
     assert refined is not None  # noqa: S101 - the report is of a refinement
     file = MeshFile(written.record.name, written.data, pair.source_file.resources)
@@ -263,7 +223,7 @@ def _certificate(
     pair: Pair,
     solution: Solution,
     options: Options,
-    written: _Written,
+    written: WrittenFile,
     proven: ProvenDeviation | None,
 ) -> bytes | None:
     solved = solution.answer
@@ -293,62 +253,10 @@ def _tension(solution: Solution) -> Floats | None:
     return solution.problem.of_vertices(vertex_tension(final.multipliers, len(final.positions)))
 
 
-def _solver_report(options: Options, solved: RefinedPositions) -> SolverReport:
-    asked = [record.info for record in solved.rounds if record.info is not None]
-    last = solved.rounds[-1].info if solved.rounds else None
-    return SolverReport(
-        formulation=options.formulation,
-        form=options.centroid.form if options.formulation == "centroid" else "reduced",
-        effort=options.effort,
-        candidate=solved.candidate,
-        solved=all(info.solved for info in asked),
-        confirmed=last is not None and last.solved,
-        iterations=sum(info.iterations for info in asked),
-        confirm_seconds=solved.confirm_seconds,
-        rounds=solved.rounds,
-        regions=solved.regions,
-    )
-
-
-def _solver_warnings(
-    solver: SolverReport, solved: RefinedPositions, problem: Formulated
-) -> list[WarningRecord]:
-    warnings = [
-        warning(
-            Code.SOLVER_UNFINISHED,
-            "refined",
-            f"round {record.round}: the solver stopped after {record.info.iterations} iterations "
-            "without meeting its tolerance",
-            where=f"round {record.round}",
-        )
-        for record in solver.rounds
-        if record.info is not None and not record.info.solved
-    ]
-    if solved.misaligned is not None:
-        words = "Source and reference do not fit, and the source is returned as it was. "
-        warnings.append(warning(Code.POSE_MISFIT, "pair", words + solved.misaligned))
-    if solved.kept_because:
-        words = (
-            "The source is returned as it was, because every answer found was worse somewhere. "
-            f"In the one closest to the reference {'; '.join(solved.kept_because)}."
-        )
-        warnings.append(warning(Code.SOLVER_KEPT_INPUT, "refined", words))
-    if solved.final is None and (unmet := problem.unmet()):
-        kinds = ", ".join(f"{kind} at {count:,} places" for kind, count in unmet.items())
-        words = f"The source is returned, and does not satisfy what was asked for: {kinds}."
-        warnings.append(warning(Code.SOLVER_CONES_UNMET, "refined", words))
-    return warnings
-
-
 def _timings(watch: Stopwatch, report: Report) -> Timings:
     stages = ("read", "align", "solve", "quality", "write", "audit")
     seconds = {name: watch.seconds.get(name, 0.0) for name in stages}
     return Timings(**seconds, total=watch.total, metrics=report.timings.metrics)
-
-
-def _refined_name(name: str) -> str:
-    path = PurePath(name)
-    return f"{path.stem}.refined{path.suffix}"
 
 
 class _Tracker:

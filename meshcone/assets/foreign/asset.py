@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.astray import astray
-from meshcone.assets.base import Asset, naming
+from meshcone.assets.base import Asset
 from meshcone.assets.content import Content
 from meshcone.assets.foreign.carried import Carried
 from meshcone.assets.foreign.carried_off import carried_by_off
@@ -32,7 +32,7 @@ from meshcone.assets.policy import WritePolicy
 from meshcone.assets.polygons import triangulate
 from meshcone.assets.regions import Regions
 from meshcone.assets.weld import weld_surface
-from meshcone.errors import InputError
+from meshcone.errors import InputError, naming
 from meshcone.notices import Code, Notice
 from meshcone.surface.charts import Charts
 from meshcone.surface.subdivision import Subdivision

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.base import Asset, naming
+from meshcone.assets.base import Asset
 from meshcone.assets.content import Content
 from meshcone.assets.divisions import Division
 from meshcone.assets.gltf.accessors import Accessors
@@ -40,7 +40,7 @@ from meshcone.assets.gltf.write import BufferEditor
 from meshcone.assets.limits import Limits
 from meshcone.assets.policy import DracoPolicy, MeshoptPolicy, ReadPolicy, WritePolicy
 from meshcone.assets.weld import weld_surface
-from meshcone.errors import InputError, InternalError
+from meshcone.errors import InputError, InternalError, naming
 from meshcone.notices import Code, Notice
 from meshcone.surface.subdivision import Subdivision
 

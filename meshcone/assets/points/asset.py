@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshcone.assets.astray import astray
-from meshcone.assets.base import Asset, AssetCounts
+from meshcone.assets.base import Asset
+from meshcone.assets.counts import AssetCounts
 from meshcone.assets.points.normals import estimated_normals, spacing_of
 from meshcone.assets.policy import WritePolicy
 from meshcone.assets.regions import Regions

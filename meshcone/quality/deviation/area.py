@@ -26,7 +26,7 @@ class AreaShare:
 
     Attributes:
         lower: area of pieces of which every point is farther. It counts on the closest points
-            that libigl's tree finds; all else here does not.
+            that the tree of boxes finds; all else here does not.
         upper: 1 minus the area of pieces that are proven to be within.
         decided: whether the interval is as narrow as asked, or tells the share from the bars.
     """

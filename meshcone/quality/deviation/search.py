@@ -2,8 +2,8 @@
 
 The lower end is the distance of the farthest point met; the upper end is the largest bound of
 any piece. The pieces with the largest bounds are cut until the two ends are close enough.
-What suggests faces (libigl's tree of boxes) is not believed: each bound is computed again
-for the faces it named, and the farthest point is compared with every face at the end.
+What suggests faces, the tree of boxes, is not believed: each bound is computed again for the
+faces it named, and the farthest point is compared with every face at the end.
 """
 
 from __future__ import annotations
