@@ -7,6 +7,7 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field
 
+from worker.settings import LONGEST
 from worker.transfers.settings import TransferSettings
 from worker.webhooks.settings import WebhookSettings
 
@@ -62,6 +63,7 @@ class ServiceSettings(WebhookSettings, TransferSettings):
     upload_ttl: int = Field(
         default=86_400,
         ge=1,
+        le=LONGEST,
         description="seconds a file sent by PUT /v1/blobs is kept while no job names it",
     )
     event_streams: int = Field(
@@ -77,11 +79,15 @@ class ServiceSettings(WebhookSettings, TransferSettings):
         "held where too few files may be open",
     )
     header_timeout: float = Field(
-        default=10.0, gt=0, description="seconds in which the header of a request has to come"
+        default=10.0,
+        gt=0,
+        le=3600,
+        description="seconds in which the header of a request has to come",
     )
     body_timeout: float = Field(
         default=30.0,
         gt=0,
+        le=3600,
         description="seconds for which the body of a request may come more slowly than body_rate",
     )
     body_rate: int = Field(

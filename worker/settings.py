@@ -15,6 +15,9 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from meshcone.errors import InputError
 
 ENVIRONMENT_PREFIX = "MESHCONE_"
+LONGEST = 100 * 365 * 86_400
+"""Seconds that any time which is set may be: dates beyond it could not be written."""
+
 AbsolutePath = Annotated[Path, AfterValidator(lambda path: path.expanduser().absolute())]
 
 
@@ -48,7 +51,9 @@ class WorkerSettings(BaseSettings):
         pattern=r"^[\w-]+$",
         description="name of the one RQ queue; RQ moves jobs reliably from a single queue only",
     )
-    job_timeout: int = Field(default=900, ge=1, description="seconds one attempt of a job may take")
+    job_timeout: int = Field(
+        default=900, ge=1, le=30 * 86_400, description="seconds one attempt of a job may take"
+    )
     attempts: int = Field(
         default=3,
         ge=1,
@@ -68,29 +73,34 @@ class WorkerSettings(BaseSettings):
     stop_grace: float = Field(
         default=30.0,
         ge=0,
+        le=86_400,
         description="seconds a worker that is asked to stop gives the job in hand before it "
         "hands it back to the queue",
     )
     heartbeat_timeout: float = Field(
         default=10.0,
         ge=3,
+        le=3600,
         description="seconds after which an attempt whose worker gives no sign of life is dead; "
         "workers give one every second",
     )
     reconcile_interval: float = Field(
         default=2.0,
         gt=0,
+        le=3600,
         description="seconds between two comparisons of ledger and queue; what two in a row find "
         "wrong is put right",
     )
     result_ttl: int = Field(
         default=7 * 86_400,
         ge=0,
+        le=LONGEST,
         description="seconds the files of a job that has ended are kept; 0 for ever",
     )
     record_ttl: int = Field(
         default=30 * 86_400,
         ge=0,
+        le=LONGEST,
         description="seconds an expired job is still known as such; 0 for ever",
     )
 

@@ -20,6 +20,26 @@ def test_a_setting_out_of_range_is_named_in_one_line(monkeypatch: pytest.MonkeyP
         load_settings(WorkerSettings)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("RESULT_TTL", "300000000000"),
+        ("RECORD_TTL", "300000000000"),
+        ("HEARTBEAT_TIMEOUT", "inf"),
+        ("RECONCILE_INTERVAL", "nan"),
+        ("STOP_GRACE", "inf"),
+        ("JOB_TIMEOUT", "100000000000000000000"),
+    ],
+)
+def test_a_time_without_end_is_refused(
+    monkeypatch: pytest.MonkeyPatch, name: str, value: str
+) -> None:
+    monkeypatch.setenv(f"MESHCONE_{name}", value)
+
+    with pytest.raises(InputError, match=f"MESHCONE_{name}"):
+        load_settings(WorkerSettings)
+
+
 def test_a_missing_broker_is_told_with_the_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("MESHCONE_REDIS_URL", raising=False)
 
