@@ -16,6 +16,7 @@ from redis.exceptions import RedisError
 
 from service.problems import ProblemError, problem
 from worker.jobs.fetch_accounts import DAY, ByteAccount
+from worker.jobs.full_broker import WHEN_FULL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,18 +32,20 @@ _SETTLING = 60  # seconds after which a reservation whose request has not ended 
 
 logger = structlog.get_logger(__name__)
 
-_PACE = """
--- KEYS[1]: when the requests so far would have come at an even pace. ARGV: limit, window
+_PACE = f"""{WHEN_FULL}
+-- KEYS[1]: when the requests so far would have come at an even pace. ARGV: limit, window. One
+-- later than any request makes it is from before the broker's clock was set back.
 local time = redis.call('TIME')
 local now = tonumber(time[1]) + tonumber(time[2]) / 1e6
 local window = tonumber(ARGV[2])
 local interval = window / tonumber(ARGV[1])
 local due = math.max(tonumber(redis.call('GET', KEYS[1]) or '0'), now)
+if due > now + window + interval then due = now end
 local wait = due + interval - window - now
-if wait > 1e-6 then return {0, 0, math.ceil(wait)} end
+if wait > 1e-6 then return {{0, 0, math.ceil(wait)}} end
 due = due + interval
 redis.call('SET', KEYS[1], string.format('%.6f', due), 'EX', math.ceil(due - now))
-return {1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due - now)}
+return {{1, math.floor((window - (due - now)) / interval + 1e-6), math.ceil(due - now)}}
 """
 
 # KEYS of what follows: the key's jobs by the time they were let in; its bytes of the day; what
@@ -106,6 +109,7 @@ local reserved = redis.call('HGETALL', KEYS[3])
 for index = 1, #reserved, 2 do
   local id = reserved[index]
   local size, day, since = reservation(reserved[index + 1])
+  if since > time then since = overdue - 1 end  -- the broker's clock was set back since
   if since < time - day_length or (since < overdue and is_known(id)) then
     redis.call('HDEL', KEYS[3], id)
   elseif since < overdue and size > 0 then

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import pytest
 from redis import Redis
 from rq import Worker
 
-from worker.broker.connections import connect_bytes
+from service.access.quotas import Pace, RateLimiter
+from tests.integration.jobs import make_job
+from worker.broker.connections import connect_async, connect_bytes
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.idempotency import KeyClaims, KeyInUseError, key_place
@@ -19,6 +22,7 @@ from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings
 from worker.upkeep.main import Turn
+from worker.upkeep.reconciler import Reconciler
 
 HOURS = 2 * 3600 * 1000  # milliseconds
 
@@ -98,3 +102,43 @@ def test_a_heartbeat_of_a_worker_with_a_longer_timeout_counts(
     Heartbeats(redis, 60).beat(running_job.id, running_job.attempt)
 
     assert Heartbeats(redis, 5).missing([running_job]) == []
+
+
+def test_a_dead_attempt_that_began_in_the_future_is_given_up(
+    redis: Redis, ledger: Ledger, queue: JobQueue, running_job: JobRecord
+) -> None:
+    redis.zincrby("meshcone:since:running", HOURS / 1000, running_job.id)
+    reconciler = Reconciler(ledger, queue, Heartbeats(redis, 10), attempts=3)
+
+    for _ in range(2):
+        reconciler.reconcile()
+
+    assert ledger.get(running_job.id).state == "queued"
+
+
+def test_a_job_queued_in_the_future_gets_the_message_it_lacks(
+    redis: Redis, ledger: Ledger, queue: JobQueue
+) -> None:
+    job = make_job()
+    ledger.create(job)
+    redis.zincrby("meshcone:since:queued", HOURS / 1000, job.id)
+    reconciler = Reconciler(ledger, queue, Heartbeats(redis, 10), attempts=3)
+
+    for _ in range(2):
+        reconciler.reconcile()
+
+    assert job.id in queue.waiting()
+
+
+def test_a_pace_from_the_future_keeps_no_request_out(redis: Redis, broker: EmbeddedBroker) -> None:
+    key_id = new_job_id()
+    redis.set(f"meshcone:pace:{key_id}", float(redis.time()[0]) + HOURS / 1000)
+
+    async def take() -> Pace | None:
+        async with connect_async(broker.url) as client:
+            return await RateLimiter(client).take(key_id, 600)
+
+    pace = asyncio.run(take())
+
+    assert pace is not None
+    assert pace.allowed

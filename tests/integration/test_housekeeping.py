@@ -139,3 +139,7 @@ def test_a_batch_that_was_canceled_before_any_job_was_entered_is_forgotten_after
     with pytest.raises(UnknownBatchError):
         batches.get(batch.id)
     assert connection.keys(f"*{batch.id}*") == []
+
+
+def test_times_that_reach_back_before_1970_end_nothing(keep: Keep) -> None:
+    keep(result_ttl=100 * 365 * 86_400, record_ttl=86_400).tidy()

@@ -11,7 +11,7 @@ from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.identifiers import new_job_id
-from worker.upkeep.main import Turn
+from worker.upkeep.main import Turn, every
 
 
 @pytest.fixture
@@ -40,3 +40,21 @@ def test_the_turn_of_one_that_died_goes_to_another(connection: Redis, name: str)
     wait_for(heir.is_ours)
 
     assert not dead.is_ours()
+
+
+def test_work_that_fails_unexpectedly_is_logged_and_tried_again(
+    connection: Redis, name: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Enough(BaseException):
+        """Ends the loop."""
+
+    tries = []
+
+    def work() -> None:
+        tries.append(None)
+        raise ValueError("a fault") if len(tries) == 1 else Enough
+
+    with pytest.raises(Enough):
+        every(0.01, Turn(connection, name, 60), work, lambda: None)
+
+    assert "ValueError: a fault" in caplog.text

@@ -1,4 +1,4 @@
-"""Waiting for a broker that is away."""
+"""Waiting for a broker that is away, or takes nothing in for a while."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from redis.exceptions import ConnectionError as RedisConnectionError
-from redis.exceptions import RedisError
+from redis.exceptions import OutOfMemoryError, ReadOnlyError, RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
 if TYPE_CHECKING:
@@ -22,27 +22,38 @@ PATIENCE = 60.0  # seconds; a broker that loads a long append-only file takes th
 _FIRST_PAUSE = 0.05  # seconds
 _LONGEST_PAUSE = 1.0
 
+_PASSING = (RedisConnectionError, RedisTimeoutError, OutOfMemoryError, ReadOnlyError)
+"""What a broker answers for a while: it is away, full, or a replica that will be promoted."""
+
+_PASSING_CODES = ("MISCONF ", "NOREPLICAS ")
+"""The same for which the client has no class: its disk is full, its replicas are away."""
+
 
 def patiently(step: Callable[[], Result], patience: float = PATIENCE) -> Result:
-    """Take a step of the ledger, again and again while the broker cannot be reached.
+    """Take a step of the ledger, again and again while the broker cannot be used.
 
     A step whose answer was lost may have been taken: the repetition is then refused, as
     every step is that names a state or an attempt the job has left.
 
     Raises:
-        RedisError: the broker was away for too long.
+        RedisError: the broker was away for too long, or says that the step itself is wrong.
     """
     deadline = time.monotonic() + patience
     pause = _FIRST_PAUSE
     while True:
         try:
             return step()
-        except (RedisConnectionError, RedisTimeoutError) as error:
-            if time.monotonic() + pause > deadline:
+        except RedisError as error:
+            if not will_pass(error) or time.monotonic() + pause > deadline:
                 raise
-            logger.warning("the broker is away, trying again: %s", error)
+            logger.warning("the broker cannot be used, trying again: %s", error)
         time.sleep(pause)
         pause = min(2 * pause, _LONGEST_PAUSE)
+
+
+def will_pass(error: RedisError) -> bool:
+    """Whether the broker may take the same command a moment later."""
+    return isinstance(error, _PASSING) or str(error).startswith(_PASSING_CODES)
 
 
 class OutageLog:

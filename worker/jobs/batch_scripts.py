@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from worker.jobs import ledger_keys as keys
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.lines import ROOM
 from worker.jobs.step_scripts import (
     ACCEPTED,
@@ -102,7 +103,12 @@ return {ready, more and 1 or 0}
 """
 )
 
-REQUEST_CANCEL = """
+CANCEL_ON = WHEN_FULL + CARRY_ON
+"""The same, for a batch that is canceled: none of its jobs are entered any more."""
+
+REQUEST_CANCEL = (
+    WHEN_FULL
+    + """
 -- KEYS: batch. ARGV[1]: now. Answers whether there is such a batch that has not ended.
 if redis.call('EXISTS', KEYS[1]) == 0 or redis.call('HEXISTS', KEYS[1], 'finished') == 1 then
   return 0
@@ -110,9 +116,11 @@ end
 redis.call('HSETNX', KEYS[1], 'cancel_requested', ARGV[1])
 return 1
 """
+)
 
 FORGET = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + f"""
 -- KEYS: batch, its jobs. Forgets a batch that has ended and has no jobs any more.
 if redis.call('HEXISTS', KEYS[1], 'finished') == 0 or redis.call('EXISTS', KEYS[2]) == 1 then

@@ -20,6 +20,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict
+from redis.exceptions import OutOfMemoryError
 
 from worker.jobs import batch_scripts as scripts
 from worker.jobs import step_scripts as steps
@@ -138,6 +139,7 @@ class Batches:
         self._durable = DurableWrites(client)
         self._commit = client.register_script(scripts.COMMIT)
         self._carry_on = client.register_script(scripts.CARRY_ON)
+        self._cancel_on = client.register_script(scripts.CANCEL_ON)
         self._request_cancel = client.register_script(scripts.REQUEST_CANCEL)
         self._forget = client.register_script(scripts.FORGET)
 
@@ -202,7 +204,12 @@ class Batches:
         step = {"id": batch_id, "count": _AT_ONCE, "finished": json.dumps(_now())}
         place = batch_key(batch_id)
         keys = [place, _entry(batch_id), f"{place}:since:queued", f"{place}:since:running"]
-        ready, more = self._carry_on(keys, [json.dumps(step)])
+        try:
+            ready, more = self._carry_on(keys, [json.dumps(step)])
+        except OutOfMemoryError:  # entering jobs takes more of it; canceling them makes room
+            if not self._client.hexists(place, "cancel_requested"):
+                raise
+            ready, more = self._cancel_on(keys, [json.dumps(step)])
         return [str(job_id) for job_id in ready], bool(more)
 
     def open(self) -> list[str]:

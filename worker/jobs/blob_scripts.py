@@ -7,6 +7,7 @@ each with the time before which nobody is to do so.
 
 from __future__ import annotations
 
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.ledger_keys import (
     BLOB_GENERATIONS,
     BLOB_LEASES,
@@ -60,7 +61,8 @@ end
 )
 
 END_LEASES = (
-    NEED
+    WHEN_FULL
+    + NEED
     + f"""
 -- ARGV: how many leases to look at, seconds. Ends those that have run out; those of a batch go on
 -- for so many seconds while some of its jobs have still to be entered, as these hold no file yet.
@@ -111,7 +113,7 @@ return 1
 """
 )
 
-TAKE_DOOMED = f"""
+TAKE_DOOMED = f"""{WHEN_FULL}
 -- ARGV: how many, seconds. Answers names that nobody is removing; they are the caller's to
 -- remove for so many seconds.
 local time = redis.call('TIME')

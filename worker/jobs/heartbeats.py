@@ -13,22 +13,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.ledger_keys import job_keys
-from worker.jobs.records import JobRecord
+from worker.jobs.records import AttemptRecord, JobRecord
 
 if TYPE_CHECKING:
     from redis import Redis
 
-_BEAT = """
--- KEYS: job, heartbeat. ARGV: attempt, milliseconds
+_BEAT = f"""{WHEN_FULL}-- KEYS: job, heartbeat. ARGV: attempt, milliseconds
 local state = redis.call('HGET', KEYS[1], 'state')
 if state ~= 'running' or redis.call('HGET', KEYS[1], 'attempt') ~= ARGV[1] then return 0 end
 redis.call('SET', KEYS[2], ARGV[1] .. '/' .. ARGV[2], 'PX', ARGV[2])
 if redis.call('HEXISTS', KEYS[1], 'cancel_requested') == 1 then return 2 end
 return 1
 """
+
+
+Attempt = TypeVar("Attempt", JobRecord, AttemptRecord)
 
 
 class Ownership(IntEnum):
@@ -57,7 +60,7 @@ class Heartbeats:
         keys = [job_keys(job_id)[0], _key(job_id)]
         return Ownership(int(self._beat(keys, [attempt, self._milliseconds])))
 
-    def missing(self, records: Sequence[JobRecord]) -> list[JobRecord]:
+    def missing(self, records: Sequence[Attempt]) -> list[Attempt]:
         """Those of some running jobs whose attempt has given no sign of life in time."""
         if not records:
             return []
@@ -74,7 +77,7 @@ class Heartbeats:
         ]
 
 
-def _is_alive(record: JobRecord, beat: str | None, rest: int) -> bool:
+def _is_alive(record: JobRecord | AttemptRecord, beat: str | None, rest: int) -> bool:
     attempt, _, given = (beat or "").partition("/")
     return attempt == str(record.attempt) and rest <= int(given or 0)
 

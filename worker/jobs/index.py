@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, get_args
+
+from pydantic import ValidationError
 
 from worker.jobs.ledger_keys import (
     FETCHES,
@@ -16,13 +19,18 @@ from worker.jobs.ledger_keys import (
     job_keys,
     since,
 )
-from worker.jobs.records import JobRecord, JobState, Verdict
+from worker.jobs.records import AttemptRecord, JobRecord, JobState, Verdict
 
 if TYPE_CHECKING:
     from redis import Redis
 
 _FETCHED_AT_ONCE = 100
 _SCANNED_PER_PAGE = 1000  # bounds the work of a filter that matches little
+
+_SPARED = frozenset({"progress", "mode", "summary"})
+"""Fields without which nothing false is said of a job."""
+
+logger = logging.getLogger(__name__)
 
 Order = Literal["newest", "failures"]
 """In which order jobs are listed: by age alone, or those that failed before the others."""
@@ -183,7 +191,11 @@ class JobIndex:
         return JobPage(tuple(found), None)
 
     def known(self, ids: Sequence[str]) -> list[JobRecord]:
-        """Those of some jobs that there are, in the same order, without their options."""
+        """Those of some jobs that there are, in the same order, without their options.
+
+        Of a job that a newer version has moved on, what this one cannot read is left out: how far
+        it has come, its mode, its summary; or the whole job, which the log then says.
+        """
         names = JobRecord.listed_fields()
         pipeline = self._client.pipeline(transaction=False)
         for job_id in ids:
@@ -193,8 +205,9 @@ class JobIndex:
             fields = {
                 name: value for name, value in zip(names, values, strict=True) if value is not None
             }
-            if fields:
-                found.append(JobRecord.decoded(fields))
+            record = _readable(fields) if fields else None
+            if record is not None:
+                found.append(record)
         return found
 
     def tally(
@@ -247,6 +260,24 @@ class JobIndex:
         ids = self._client.zrange(since(state), "-inf", earliest, byscore=True, offset=0, num=limit)
         return [str(job_id) for job_id in ids]
 
+    def in_state(self, state: JobState, limit: int) -> list[str]:
+        """Ids of jobs that are in a state, whenever the broker's clock says they entered it."""
+        ids = self._client.zrange(since(state), 0, limit - 1)
+        return [str(job_id) for job_id in ids]
+
+    def running(self, limit: int) -> list[AttemptRecord]:
+        """The attempts of running jobs, those of a newer version too."""
+        ids = self.in_state("running", limit)
+        pipeline = self._client.pipeline(transaction=False)
+        for job_id in ids:
+            pipeline.hmget(job_keys(job_id)[0], "state", "attempt", "handed_back")
+        found = zip(ids, pipeline.execute(), strict=True)
+        return [
+            AttemptRecord(job_id, int(attempt or 0), int(handed_back or 0))
+            for job_id, (state, attempt, handed_back) in found
+            if state == "running"
+        ]
+
     def incomplete(self) -> set[str]:
         """Ids of queued jobs some of whose files are still to be fetched."""
         return {str(job_id) for job_id in self._client.zrange(FETCHES, 0, -1)}
@@ -275,6 +306,19 @@ class JobIndex:
         start = "+" if cursor is None else f"({cursor}"
         ids = self._client.zrevrangebylex(index, start, "-", start=0, num=count)
         return [str(job_id) for job_id in ids]
+
+
+def _readable(fields: dict[str, str]) -> JobRecord | None:
+    try:
+        return JobRecord.decoded(fields)
+    except ValidationError:
+        pass
+    try:
+        return JobRecord.decoded({name: fields[name] for name in fields if name not in _SPARED})
+    except ValidationError as error:
+        unread = ", ".join(sorted({str(each["loc"][0]) for each in error.errors() if each["loc"]}))
+        logger.warning("job %s is not listed: a newer version wrote its %s", fields["id"], unread)
+        return None
 
 
 def _place(cursor: str) -> tuple[int, str]:

@@ -8,6 +8,7 @@ blobs) is written by the same script, and nowhere else.
 from __future__ import annotations
 
 from worker.jobs import ledger_keys as keys
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.lines import ROOM
 from worker.jobs.step_scripts import (
     ACCEPTED,
@@ -55,7 +56,8 @@ return {{{ACCEPTED}, 'queued', 0}}
 )
 
 TRANSITION = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + f"""
 -- step: id, from, to, starts (added to the attempt), finished; attempt, where one must be
 -- meant; incomplete, whether files must be missing, where that counts; knows, the highest version
@@ -111,7 +113,8 @@ return {{{ACCEPTED}, state, attempt}}
 )
 
 NOTE_OUTPUT = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + f"""
 -- step: id, name, output; outcome, if it has ended
 local state, attempt = found()
@@ -147,7 +150,8 @@ return {{{ACCEPTED}, state, attempt}}
 )
 
 CANCEL = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + CANCEL_JOB
     + """
 -- step: id, finished
@@ -156,7 +160,8 @@ return {cancel_job()}
 )
 
 EXPIRE = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + f"""
 -- step: id, expired
 local state, attempt = found()
@@ -178,7 +183,8 @@ return {{{ACCEPTED}, state, attempt}}
 )
 
 DELETE = (
-    PRELUDE
+    WHEN_FULL
+    + PRELUDE
     + f"""
 -- step: id; answers the names of the files that nobody needs any more, too
 local state, attempt = found()

@@ -12,6 +12,7 @@ out of its line is put into it again by the reconciler.
 
 from __future__ import annotations
 
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.ledger_keys import FETCH_LINES, FETCH_TRIES, FETCHES, PROJECTS, QUEUE_LINES, TURN
 from worker.jobs.project_scripts import PROJECT
 
@@ -117,7 +118,8 @@ end
 """
 
 LINE_UP = (
-    PROJECT
+    WHEN_FULL
+    + PROJECT
     + LINES
     + _QUEUED
     + f"""
@@ -132,7 +134,8 @@ end
 )
 
 RELEASE = (
-    PROJECT
+    WHEN_FULL
+    + PROJECT
     + LINES
     + _QUEUED
     + f"""

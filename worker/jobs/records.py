@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Literal, Self
 
@@ -161,6 +162,18 @@ class JobError(_Frozen):
     def of(cls, error: MeshConeError) -> JobError:
         """The public part of an error."""
         return cls(kind=error.kind, message=error.message, file=error.file, place=error.place)
+
+
+@dataclass(frozen=True)
+class AttemptRecord:
+    """What has to be known of a job to see to its attempt, whatever version has written the job.
+
+    Attributes: those of :class:`JobRecord`.
+    """
+
+    id: str
+    attempt: int
+    handed_back: int
 
 
 class JobRecord(_Frozen):

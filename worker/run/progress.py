@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from contextlib import suppress
 
-from redis.exceptions import ConnectionError as RedisConnectionError
-from redis.exceptions import TimeoutError as RedisTimeoutError
+from redis.exceptions import RedisError
 
 from meshcone.progress import Progress
 from worker.jobs.ledger import Ledger
@@ -35,6 +34,6 @@ class ProgressReporter:
         if progress.stage == self._stage and now - self._written_at < INTERVAL:
             return
         self._stage, self._written_at = progress.stage, now
-        # A broker that is away costs a line of progress, not the job.
-        with suppress(RedisConnectionError, RedisTimeoutError):
+        # A broker that is away, or takes nothing in, costs a line of progress, not the job.
+        with suppress(RedisError):
             self._ledger.report_progress(self._job_id, self._attempt, JobProgress.of(progress))

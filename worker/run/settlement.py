@@ -15,7 +15,7 @@ from meshcone.errors import (
     SolveTimeoutError,
 )
 from worker.jobs.ledger import Ledger, TooNewError
-from worker.jobs.records import JobError, JobRecord, JobState
+from worker.jobs.records import AttemptRecord, JobError, JobRecord, JobState
 from worker.run.attendance import Cause, Ending
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def leave_to_newer_worker(found: TooNewError) -> None:
 
 
 def give_up_attempt(
-    ledger: Ledger, record: JobRecord, attempts: int, reason: MeshConeError
+    ledger: Ledger, record: JobRecord | AttemptRecord, attempts: int, reason: MeshConeError
 ) -> JobState:
     """Queue a running job again, or fail it for a reason if that was its last attempt.
 
@@ -94,7 +94,7 @@ def give_up_attempt(
     return _fail(ledger, record, reason)
 
 
-def lost_worker(record: JobRecord) -> CrashError:
+def lost_worker(record: JobRecord | AttemptRecord) -> CrashError:
     """The reason where nothing is left that could give one."""
     return CrashError(f"the job's worker died {_times(record)}; it is not tried again")
 
@@ -113,10 +113,10 @@ def _words(death: Death) -> str:
     return f"exited with code {death.code}"
 
 
-def _times(record: JobRecord) -> str:
+def _times(record: JobRecord | AttemptRecord) -> str:
     times = record.attempt - record.handed_back
     return "during its only attempt" if times == 1 else f"in each of {times} attempts"
 
 
-def _fail(ledger: Ledger, record: JobRecord, reason: MeshConeError) -> JobState:
+def _fail(ledger: Ledger, record: JobRecord | AttemptRecord, reason: MeshConeError) -> JobState:
     return ledger.fail(record.id, record.attempt, JobError.of(reason))

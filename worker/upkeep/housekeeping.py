@@ -6,6 +6,8 @@ import logging
 import time
 from typing import TYPE_CHECKING
 
+from redis.exceptions import OutOfMemoryError
+
 from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.jobs.records import FINAL_STATES
 
@@ -42,9 +44,7 @@ class Housekeeper:
     def tidy(self) -> None:
         """Expire, delete and sweep what is due."""
         self._queue.forget_dead_workers()
-        for _ in range(_LOOKS):
-            while self._ledger.place_by_project(_PLACED_AT_ONCE):
-                pass  # the first look after an upgrade goes through all jobs
+        self._place()
         for job_id in self._due():
             try:
                 self._ledger.expire(job_id)
@@ -63,12 +63,20 @@ class Housekeeper:
         if unfinished:
             logger.info("removed %d files that nobody finished writing", unfinished)
 
+    def _place(self) -> None:
+        try:
+            for _ in range(_LOOKS):
+                while self._ledger.place_by_project(_PLACED_AT_ONCE):
+                    pass  # the first look after an upgrade goes through all jobs
+        except OutOfMemoryError as error:  # it takes memory, of which what follows makes some free
+            logger.warning("jobs are put in their places later: %s", error)
+
     def _forget_batches(self) -> None:
         """Forget batches without jobs when those they were sent with would be forgotten."""
         kept = self._settings.result_ttl, self._settings.record_ttl
         if not all(kept):
             return
-        for batch in self._batches.jobless(time.time() - sum(kept)):
+        for batch in self._batches.jobless(max(0.0, time.time() - sum(kept))):
             self._batches.forget(batch.id)
 
     def _due(self) -> list[str]:

@@ -18,12 +18,14 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from redis.exceptions import LockError, RedisError
+from redis.lock import Lock
 
 from meshcone.lifeline import tied_command
 from meshcone.settings import load_settings
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.patience import OutageLog
 from worker.jobs.batches import Batches, carry_through
+from worker.jobs.full_broker import WHEN_FULL
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
@@ -37,6 +39,7 @@ from worker.upkeep.reconciler import Reconciler
 
 if TYPE_CHECKING:
     from redis import Redis
+    from redis.commands.core import Script
 
 logger = logging.getLogger(__name__)
 
@@ -48,20 +51,38 @@ _OTHERS_INTERVALS = 60.0  # seconds by which another host's settings may keep a 
 _RESTART_PAUSE = 1.0  # seconds
 
 
+_TAKE = (
+    WHEN_FULL
+    + """
+return redis.call('SET', KEYS[1], ARGV[1], 'NX', 'PX', ARGV[2]) and 1 or 0
+"""
+)
+
+
+class _Lock(Lock):
+    """A lock that is had at the broker's memory limit too: its holder is to make room."""
+
+    take: Script
+
+    def do_acquire(self, token: str | bytes) -> bool:
+        return bool(self.take([self.name], [token, int(1000 * float(self.timeout or 0))]))
+
+
 class Turn:
     """A lock in the broker that is kept while its holder comes back often enough."""
 
     def __init__(self, client: Redis, name: str, seconds: float) -> None:
         self._client = client
-        self._name = name
+        self.name = name
         self._longest = int((seconds + _OTHERS_INTERVALS) * 1000)
-        self._lock = client.lock(name, timeout=seconds, blocking=False, thread_local=False)
+        self._lock = _Lock(client, name, timeout=seconds, blocking=False, thread_local=False)
+        self._lock.take = client.register_script(_TAKE)
 
     def is_ours(self) -> bool:
         """Keep it if we hold it, else try to get it."""
         # The broker's clock was set back: the lock would outlive its holder by as much.
-        if self._client.pttl(self._name) > self._longest:
-            self._client.delete(self._name)
+        if self._client.pttl(self.name) > self._longest:
+            self._client.delete(self.name)
         with suppress(LockError):  # it ran out in this very moment
             if self._lock.owned():
                 return bool(self._lock.reacquire())
@@ -83,6 +104,9 @@ def every(seconds: float, turn: Turn, work: Callable[[], None], missed: Callable
             missed()
         except StoreError as error:
             logger.error("%s", error)
+        except Exception:  # a fault of ours: what can be done is done at the next look
+            logger.exception("%s failed unexpectedly; it is tried again", turn.name)
+            missed()
         time.sleep(seconds)
 
 

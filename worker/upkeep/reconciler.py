@@ -19,7 +19,7 @@ from typing import Generic, TypeVar
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
 from worker.jobs.queue import Delivery, JobQueue
-from worker.jobs.records import JobRecord
+from worker.jobs.records import JobState
 from worker.run.settlement import give_up_attempt, lost_worker
 
 logger = logging.getLogger(__name__)
@@ -64,11 +64,8 @@ class Reconciler:
             suspects.clear()
 
     def _give_up_the_dead(self) -> None:
-        running = [self._found(job_id) for job_id in self._ids("running")]
-        dead = {
-            (record.id, record.attempt): record
-            for record in self._heartbeats.missing([each for each in running if each is not None])
-        }
+        running = self._ledger.index.running(_LOOKED_AT)
+        dead = {(record.id, record.attempt): record for record in self._heartbeats.missing(running)}
         for key in self._unattended.confirmed(dead.keys()):
             record = dead[key]
             try:
@@ -94,15 +91,8 @@ class Reconciler:
             logger.warning("queued, but in no list: %d jobs, %s among them", len(unheld), some)
         self._queue.enqueue(*sorted(unheld))
 
-    def _ids(self, state: str) -> list[str]:
-        return self._ledger.index.in_state_for(state, 0, limit=_LOOKED_AT)
-
-    def _found(self, job_id: str) -> JobRecord | None:
-        try:
-            record = self._ledger.get(job_id)
-        except UnknownJobError:
-            return None
-        return record if record.state == "running" else None
+    def _ids(self, state: JobState) -> list[str]:
+        return self._ledger.index.in_state(state, _LOOKED_AT)
 
 
 class _Suspects(Generic[Sight]):
