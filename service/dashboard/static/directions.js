@@ -40,7 +40,7 @@ function wholeTable({ missing, extra, signed }, radius) {
 
 function partsTable(per, radius, isolate) {
   const buttons = per.parts.map((part) => isolate && h("button", {
-    type: "button", class: "small", "aria-pressed": "false", "aria-label": `Show ${part.name || "the part without a name"} alone`,
+    type: "button", class: "small to-place", "aria-pressed": "false", "aria-label": `Show ${part.name || "the part without a name"} alone`,
     onclick: (event) => {
       const alone = event.currentTarget.getAttribute("aria-pressed") !== "true";
       for (const button of buttons) button.setAttribute("aria-pressed", String(alone && button === event.currentTarget));

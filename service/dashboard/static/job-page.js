@@ -91,11 +91,20 @@ function imageOf(link) {
   };
 }
 
+/** What is at a link. Throws in words for the reader. */
+async function bytesAt(link) {
+  try {
+    return await (await request(link)).arrayBuffer();
+  } catch (error) {
+    throw new Error(said(error));
+  }
+}
+
 async function show(job, signal) {
   if (job.state !== "succeeded" || !job.links.report) return place.replaceChildren(title(job), ...ended(job), h("div", { class: "columns" }, inputsCard(job), repeatCard(job)));
   const report = await getJson(job.links.report, { signal });
   const { card, files } = filesCard(job);
-  const bytesOf = (link) => (link ? async () => (await request(link)).arrayBuffer() : null);
+  const bytesOf = (link) => (link ? () => bytesAt(link) : null);
   const more = [h("div", { class: "columns" }, card, repeatCard(job))];
   const around = { heading: title(job), files, loadPreview: bytesOf(job.links.preview), loadWhole: bytesOf(job.links.heatmap), loadPictures: imageOf(job.links.pictures), more };
   place.replaceChildren(...reportSections(report, around));

@@ -75,9 +75,11 @@ export class Legend {
   #shown() {
     const { colour, scale } = this;
     const { isLength, told, words } = this.#told();
+    this.plot = this.#plot(scale, told, words);
+    // Whichever meshes are shown, the bars are of this one.
     return [
-      h("div", { class: "legend-title" }, h("strong", null, TITLES[colour]), h("span", { class: "soft" }, words)),
-      this.#plot(scale, told, words),
+      h("div", { class: "legend-title" }, h("strong", null, TITLES[colour]), h("span", { class: "soft" }, words), h("span", { class: "soft" }, `bars: ${this.name}`)),
+      this.plot,
       ...(isLength ? [this.#tops(), colour === "deviation" && this.#bound()].filter(Boolean) : []),
     ];
   }
@@ -120,14 +122,21 @@ export class Legend {
       onchange: () => {
         const value = Number(input.value);
         this.threshold = input.value === "" || !(value > 0) ? null : value / this.radius;
+        if (this.threshold === null) input.value = "";
         this.#changed();
       },
     });
     return h("label", null, "Threshold ", input);
   }
 
+  /** Draw the scale anew; what it was changed with stays, for the focus is on it. */
   #changed() {
-    this.onChange({ scale: this.show(this.colour) });
+    this.scale = this.#scaleOf(this.colour);
+    const { told, words } = this.#told();
+    const plot = this.#plot(this.scale, told, words);
+    this.plot.replaceWith(plot);
+    this.plot = plot;
+    this.onChange({ scale: this.scale });
   }
 }
 

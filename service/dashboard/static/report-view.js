@@ -49,7 +49,6 @@ function badge(count, kind = "") {
 export function reportSections(report, { heading, files, loadPreview, loadWhole, loadPictures, more = [] }) {
   const viewer = loadPreview ? new ViewerCard(report, loadPreview, loadWhole) : null;
   const goTo = viewer && ((position) => viewer.goTo(position));
-  viewer?.start();
   const failed = (report.gates?.checks ?? []).filter(({ status }) => status === "fail").length;
   const panels = tabs("What the report says", [
     { id: "gates", title: "Gates", badge: badge(failed, "bad"), content: gatesPanel(report, goTo) },
@@ -60,5 +59,10 @@ export function reportSections(report, { heading, files, loadPreview, loadWhole,
     { id: "files", title: "Files", content: [...more, inputsCard(report)] },
   ]);
   const verdict = verdictCard(report, { goTo, openGates: () => panels.open("gates") });
+  if (viewer) {
+    const toPlaces = [verdict, panels.element].flatMap((part) => [...part.querySelectorAll(".to-place")]);
+    viewer.onAble = (isAble) => { for (const button of toPlaces) button.disabled = !isAble; };
+    viewer.start();
+  }
   return [...(viewer ? [h("div", { class: "first-screen" }, heading, verdict, viewer.element)] : [heading, verdict]), panels.element];
 }

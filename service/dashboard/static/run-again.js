@@ -6,11 +6,12 @@ import { optionsForm } from "meshcone/options-form";
 
 const named = ({ name, sha256 }) => ({ name, sha256 });
 
-/** What is sent: the files by their hashes, as the server has them. */
-function again(job, options, label) {
+/** Send the files of a job once more, by their hashes, as the server has them; gives the new job. */
+export async function sendAgain(job, options, labels) {
   const sides = { source: named(job.source), ...(job.reference && { reference: named(job.reference) }) };
   const beside = ["source_resources", "reference_resources", "resources"].map((name) => [name, job[name].map(named)]);
-  return { ...sides, ...Object.fromEntries(beside), options, labels: label ? [label, ...job.labels.slice(1)] : job.labels.slice(1) };
+  const body = JSON.stringify({ ...sides, ...Object.fromEntries(beside), options, labels });
+  return (await request("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/json" }, body })).json();
 }
 
 async function fill(dialog, job) {
@@ -23,9 +24,8 @@ async function fill(dialog, job) {
     event.preventDefault();
     start.disabled = true;
     try {
-      const body = JSON.stringify(again(job, value(), label.value.trim()));
-      const answer = await request("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/json" }, body });
-      location.assign(`/jobs/${(await answer.json()).id}`);
+      const labels = [label.value.trim(), ...job.labels.slice(1)].filter(Boolean);
+      location.assign(`/jobs/${(await sendAgain(job, value(), labels)).id}`);
     } catch (error) {
       state.replaceChildren(h("p", { class: "notice error", role: "alert" }, said(error)));
       start.disabled = false;

@@ -1,8 +1,9 @@
 // Jobs that are chosen together, and what can be done with all of them at once.
 
-import { request, said } from "meshcone/api";
+import { getJson, request, said } from "meshcone/api";
 import { byId, h } from "meshcone/dom";
 import { hasEnded } from "meshcone/job-words";
+import { sendAgain } from "meshcone/run-again";
 
 const AT_A_TIME = 4;  // requests
 
@@ -10,22 +11,14 @@ const jobPath = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 
 const jobsInWords = (count) => `${count} ${count === 1 ? "job" : "jobs"}`;
 
-/** A job that is the same once more: its files are known here by their hashes. */
-async function sendAgain({ id }) {
-  const job = await (await request(jobPath(id))).json();
-  const named = ({ name, sha256 }) => ({ name, sha256 });
-  const body = {
-    source: named(job.source),
-    reference: job.reference && named(job.reference),
-    options: job.options,
-    labels: job.labels,
-    ...Object.fromEntries(["source_resources", "reference_resources", "resources"].map((kind) => [kind, job[kind].map(named)])),
-  };
-  await request("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+/** A job that is the same once more; a row does not tell all of it. */
+async function runAgain({ id }) {
+  const job = await getJson(jobPath(id));
+  await sendAgain(job, job.options, job.labels);
 }
 
 const ACTIONS = [
-  { name: "Run again", done: "sent again", fits: (job) => hasEnded(job) && !job.expired, act: sendAgain },
+  { name: "Run again", done: "sent again", fits: (job) => hasEnded(job) && !job.expired, act: runAgain },
   { name: "Cancel", done: "canceled", fits: (job) => !hasEnded(job), act: ({ id }) => request(`${jobPath(id)}/cancel`, { method: "POST" }) },
   { name: "Delete", done: "deleted", danger: true, fits: hasEnded, act: ({ id }) => request(jobPath(id), { method: "DELETE" }) },
 ];

@@ -1,6 +1,6 @@
 // Two jobs side by side: their meshes under one camera, and their values with the difference.
 
-import { getJson, request } from "meshcone/api";
+import { getJson, request, said } from "meshcone/api";
 import { h } from "meshcone/dom";
 import { dateTime, number } from "meshcone/format";
 import { chip, hasEnded } from "meshcone/job-words";
@@ -37,11 +37,13 @@ function scaleOf(values, signed) {
   return { low: signed ? -top : 0, top, threshold: null };
 }
 
+const loading = () => h("p", { class: "loading", role: "status" }, "Loading the meshes …");
+
 class PairView {
   constructor(jobs) {
     this.jobs = jobs;
     this.canvas = h("canvas", { tabindex: "0", role: "application", "aria-label": "Both meshes in three dimensions: arrow keys turn them, plus and minus zoom" });
-    this.over = h("div", { class: "over" }, h("p", { class: "loading", role: "status" }, "Loading the meshes …"));
+    this.over = h("div", { class: "over" }, loading());
     this.tools = h("div", { class: "tools", role: "toolbar", "aria-label": "How the meshes are shown" });
     this.legend = h("div", { class: "pair-scale" });
     this.view = h("div", { class: "pair-view", "data-testid": "two-view" }, this.canvas, ...SIDES.map((side, index) => h("span", { class: `side-name ${PANES[index]}` }, side)), this.over);
@@ -50,8 +52,14 @@ class PairView {
 
   async start() {
     if (!hasWebGl()) return this.say("This browser draws nothing in three dimensions: WebGL is off.");
+    let loaded;
     try {
-      const [THREE, ...meshes] = await Promise.all([threeJs(), ...this.jobs.map(judgedMesh)]);
+      loaded = await Promise.all([threeJs(), ...this.jobs.map(judgedMesh)]);
+    } catch (error) {
+      return this.say(`The meshes cannot be shown: ${said(error)} `, h("button", { type: "button", onclick: () => this.again() }, "Try again"));
+    }
+    try {
+      const [THREE, ...meshes] = loaded;
       const difference = differenceOf(meshes);
       for (const mesh of meshes) mesh.difference = difference;
       this.scales = { deviation: scaleOf(meshes.map(({ deviation }) => deviation), false), difference: difference && scaleOf([difference], true), shape: null };
@@ -83,9 +91,16 @@ class PairView {
     this.legend.replaceChildren(ends[0], strip, ends[1], h("span", { class: "hint" }, words));
   }
 
-  say(text) {
+  /** Fetch once more what could not be had. */
+  again() {
+    this.over.replaceChildren(loading());
+    this.canvas.focus();
+    return this.start();
+  }
+
+  say(...content) {
     this.over.hidden = false;
-    this.over.replaceChildren(h("p", { class: "notice", role: "alert" }, text));
+    this.over.replaceChildren(h("p", { class: "notice", role: "alert" }, content));
   }
 }
 

@@ -30,7 +30,7 @@ export function excess({ bound, status, value, limit }) {
 }
 
 /** A button that flies to where a check was decided. */
-export const showButton = (position, words, goTo) => position && goTo && h("button", { type: "button", class: "small", "aria-label": `Show where: ${words}`, onclick: () => goTo(position) }, "Show");
+export const showButton = (position, words, goTo) => position && goTo && h("button", { type: "button", class: "small to-place", "aria-label": `Show where: ${words}`, onclick: () => goTo(position) }, "Show");
 
 function reason(check, goTo) {
   const beyond = excess(check);

@@ -20,6 +20,8 @@ import { choice, layoutTools, TITLES, viewButtons } from "meshcone/viewer-tools"
 const KEYS = "Drag or use the arrow keys to turn, shift to move, the wheel or + and − to zoom, 0 to start over; Enter measures from the middle.";
 const COLOURS = { shape: "Shape", skin: "Textures", contrast: "Colour difference", deviation: "Deviation", signed: "Signed", uv: "UV", tension: "Cone tension" };
 
+const loading = () => h("p", { class: "loading", role: "status" }, "Loading the meshes …");
+
 export class ViewerCard {
   /**
    * @param {Object} report of the job
@@ -29,7 +31,8 @@ export class ViewerCard {
   constructor(report, loadPreview, loadWhole = null) {
     Object.assign(this, { report, loadPreview, loadWhole, radius: report.frame.radius, unit: unitOf(report), findings: findings(report) });
     this.canvas = h("canvas", { tabindex: "0", role: "application", "aria-label": "The meshes in three dimensions", "aria-describedby": "view-keys" });
-    this.overlay = h("div", { class: "over" }, h("p", { class: "loading", role: "status" }, "Loading the meshes …"));
+    this.overlay = h("div", { class: "over" }, loading());
+    this.onAble = () => {};  // told whether there is anything to fly to
     this.labels = h("div");
     this.note = h("div", { class: "view-note", role: "status", hidden: true });
     this.size = "";
@@ -48,8 +51,14 @@ export class ViewerCard {
   /** Fetch what is to be seen and show it; what goes wrong is said where it would have been. */
   async start() {
     if (!hasWebGl()) return this.say("This browser draws nothing in three dimensions: WebGL is off. All numbers are below.");
+    let loaded;
     try {
-      const [THREE, buffer] = await Promise.all([threeJs(), this.loadPreview()]);
+      loaded = await Promise.all([threeJs(), this.loadPreview()]);
+    } catch (error) {
+      return this.say(`The meshes cannot be shown: ${error.message} `, h("button", { type: "button", onclick: () => this.again() }, "Try again"));
+    }
+    try {
+      const [THREE, buffer] = loaded;
       this.preview = readPreview(buffer);
       await decodeImages(this.preview.surfaces);
       this.viewer = new Viewer(THREE, this.canvas, this.preview);
@@ -93,15 +102,28 @@ export class ViewerCard {
     return point.map((value, axis) => (value - centre[axis]) / this.radius);
   }
 
-  /** Say why there is no viewer; there is nowhere to fly to then. */
-  say(text) {
-    this.cover(text);
-    for (const button of this.buttons) button.disabled = true;
+  /** Fetch once more what could not be had. */
+  again() {
+    this.able(true);
+    this.overlay.replaceChildren(loading());
+    this.canvas.focus();
+    return this.start();
   }
 
-  cover(text) {
+  /** Say why there is no viewer; there is nowhere to fly to then. */
+  say(...content) {
+    this.cover(...content);
+    this.able(false);
+  }
+
+  able(isAble) {
+    for (const button of this.buttons) button.disabled = !isAble;
+    this.onAble(isAble);
+  }
+
+  cover(...content) {
     this.overlay.hidden = false;
-    this.overlay.replaceChildren(h("p", { class: "notice", role: "alert" }, text));
+    this.overlay.replaceChildren(h("p", { class: "notice", role: "alert" }, content));
   }
 
   uncover() {

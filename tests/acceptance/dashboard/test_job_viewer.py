@@ -66,6 +66,24 @@ def test_a_lower_threshold_puts_more_of_the_mesh_above_it(job_page: Page) -> Non
     assert reddish(pixels(canvas)) > reddish(before) + 0.05
 
 
+def test_the_focus_stays_on_what_changes_the_scale(job_page: Page) -> None:
+    threshold = job_page.get_by_label("Threshold")
+    threshold.fill("0.01")
+    threshold.press("Enter")
+    expect(job_page.get_by_test_id("threshold")).to_contain_text("0.01")
+    expect(threshold).to_be_focused()
+
+    top = job_page.get_by_label("Scale", exact=True)
+    top.focus()
+    top.press("ArrowDown")
+    expect(top).to_have_value("1")
+    expect(top).to_be_focused()
+
+
+def test_the_legend_names_the_mesh_whose_values_its_bars_are(job_page: Page) -> None:
+    expect(job_page.locator(".legend-title")).to_contain_text("bars: refined mesh")
+
+
 def test_choosing_a_worst_place_flies_there(job_page: Page) -> None:
     canvas = job_page.locator(".view canvas")
     before = pixels(canvas)

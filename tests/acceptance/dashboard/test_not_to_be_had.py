@@ -52,6 +52,32 @@ def test_a_whole_mesh_that_cannot_be_had_leaves_the_view_and_can_be_asked_for_ag
     expect(note).not_to_have_class(re.compile("error"))
 
 
+def with_a_place(route: Route) -> None:
+    """The report, saying where its first check was decided."""
+    report = route.fetch().json()
+    report["gates"]["checks"][0]["position"] = [0, 0, 0]
+    route.fulfill(json=report)
+
+
+def test_meshes_that_cannot_be_had_can_be_asked_for_again_and_nothing_leads_to_them(
+    refusing: Page, refined: Job
+) -> None:
+    refusing.route(f"**{refined.links.report}", with_a_place)
+    refusing.route("**/preview.glb", lambda route: route.abort(), times=1)
+    refusing.goto(f"/jobs/{refined.id}")
+    show = refusing.get_by_role("button", name="Show where").first
+    told = refusing.locator(".view .over")
+    expect(told).to_contain_text("The meshes cannot be shown: The server does not answer.")
+    expect(show).to_be_disabled()
+
+    refusing.get_by_role("button", name="Try again").click()
+
+    refusing.wait_for_selector("[data-ready]")
+    expect(told).to_be_hidden()
+    expect(show).to_be_enabled()
+    expect(refusing.locator(".places button").first).to_be_enabled()
+
+
 def test_graphics_that_the_browser_takes_away_are_missed_in_words_and_drawn_again(
     job_page: Page,
 ) -> None:
