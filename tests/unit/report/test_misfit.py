@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from meshcone.report.misfit import misfit
 from meshcone.surface import Mesh
-from tests.meshes import noisy, sphere, torus
+from tests.meshes import cylinder, noisy, sphere, torus
 
 TORUS = torus()
 
@@ -29,6 +29,7 @@ def falls(words: str | None) -> tuple[float, float]:
 
 
 REFERENCE = framed(TORUS)
+ALONG_X = Rotation.from_euler("y", 90, degrees=True).as_matrix()
 TURNED = Rotation.from_euler("xyz", [80, 20, 10], degrees=True).as_matrix()
 
 
@@ -54,6 +55,38 @@ def test_another_place_is_told_with_what_a_rigid_motion_would_gain(shift: float)
 
     assert falls(words)[1] < 0.02
     assert "align=rigid" in str(words)
+
+
+def bar(sections: int = 21) -> Mesh:
+    """A square bar along x, closed, of radius 1."""
+    return framed(
+        Mesh(
+            cylinder(4, sections, 0.1, 2.0).vertices @ ALONG_X.T,
+            cylinder(4, sections, 0.1, 2.0).faces,
+        )
+    )
+
+
+def slid(mesh: Mesh, x: float) -> Mesh:
+    return mesh.moved_to(mesh.vertices + np.array([x, 0, 0]))
+
+
+@pytest.mark.parametrize("sections", [21, 27])
+def test_a_bar_slid_along_itself_is_told_though_it_lies_near(sections: int) -> None:
+    words = misfit(slid(noisy(bar(sections), 0.001), 0.2), bar(), 0, aligned=False)
+
+    assert falls(words)[1] < 0.005
+    assert "align=rigid" in str(words)
+
+
+def test_a_bar_in_place_fits_when_rough_or_slid_by_less_than_it_shows() -> None:
+    assert misfit(noisy(bar(), 0.01), bar(), 0, aligned=False) is None
+    assert misfit(slid(bar(), 0.01), bar(), 0, aligned=False) is None
+    assert misfit(slid(bar(), 0.2), bar(), 0, aligned=True) is None
+
+
+def test_a_shift_that_closest_points_find_back_fits() -> None:
+    assert misfit(slid(noisy(REFERENCE, 0.005), 0.05), REFERENCE, 0, aligned=False) is None
 
 
 def test_another_direction_is_told() -> None:
