@@ -78,7 +78,8 @@ def refine_within(
                 raise
             break  # trying harder takes more than there is; what was found before stands
         _require_both_ways(found.report)
-        if is_within(found.report):
+        # What does not fit is returned as it came, however often it is tried.
+        if is_within(found.report) or found.report.outcome == "misaligned":
             best = found
             break
         if best is None or _farthest(found) < _farthest(best):

@@ -9,7 +9,7 @@ from typing import Any
 from meshcone.gates.words import label, number, point
 from meshcone.options import WITHIN_GATE
 
-MISSED_SECTIONS = ("within", "gates")
+MISSED_SECTIONS = ("within", "gates", "outcome")
 _PLACES = 5
 
 
@@ -33,7 +33,7 @@ def missed(report: Mapping[str, Any]) -> Missed:
         report: as JSON; of a refinement the sections named above are enough.
     """
     gates = report.get("gates") or {"verdict": "pass", "checks": []}
-    tolerance = list(_tolerance_lines(report.get("within"), gates["checks"]))
+    tolerance = list(_tolerance_lines(report, gates["checks"]))
     told = {WITHIN_GATE} if tolerance else set()
     lines = [
         f"{label(check['status'], check['severity']):<15}{check['words']}"
@@ -44,12 +44,16 @@ def missed(report: Mapping[str, Any]) -> Missed:
 
 
 def _tolerance_lines(
-    within: Mapping[str, Any] | None, checks: Iterable[Mapping[str, Any]]
+    report: Mapping[str, Any], checks: Iterable[Mapping[str, Any]]
 ) -> Iterator[str]:
+    within: Mapping[str, Any] | None = report.get("within")
     if within is None or within["reached"]:
         return
     tries = f"{within['attempts']} refinement{'s' if within['attempts'] > 1 else ''}"
-    yield f"not within {within['asked']}, after {tries}; the closest of them was written"
+    what = f"after {tries}; the closest of them was written"
+    if report.get("outcome") == "misaligned":
+        what = "as source and reference do not fit: nothing was refined, and the input was written"
+    yield f"not within {within['asked']}, {what}"
     for check in checks:
         if check["key"] == WITHIN_GATE:
             yield f"reason         {check['words']}"

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 _ROUNDING = 1e-12  # of distances that are zero
+_TOLD_AS_TIMES = 1.01  # of less, "1 times closer" would say that nothing was gained
 _OUTCOMES = {
     "improved": "on average the refined surface lies {times} times closer to the reference than "
     "the input",
@@ -83,5 +84,10 @@ def _in_words(report: Mapping[str, Any]) -> str:
         report["quality"][name]["point_to_surface"]["mean"] for name in ("input", "refined")
     )
     times = before / max(after, _ROUNDING)
+    if report["outcome"] == "improved" and times < _TOLD_AS_TIMES:
+        return (
+            "on average the refined surface lies closer to the reference than the input, by less "
+            "than 1 %"
+        )
     written = f"{times:,.0f}" if times >= 10 else f"{times:.3g}"
     return _OUTCOMES[report["outcome"]].format(times=written)

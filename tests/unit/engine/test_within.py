@@ -214,3 +214,12 @@ def test_a_tolerance_where_nothing_is_refined_is_refused(mode: str) -> None:
 def test_a_number_is_a_tolerance_in_the_unit_of_the_files() -> None:
     gates = options(within=0.5).gated_within("a.obj", "b.obj").gates
     assert gates["deviation.max"].max_model == 0.5
+
+
+def test_what_does_not_fit_is_tried_once() -> None:
+    vertices, faces = shapes.sphere(2)
+    away = MeshFile("away.obj", shapes.obj([[x + 9.0, y, z] for x, y, z in vertices], faces))
+
+    found = refine_within(away, REFERENCE, options(within="1%"))
+
+    assert (found.report.outcome, told(found).attempts) == ("misaligned", 1)

@@ -44,6 +44,17 @@ def test_the_gate_of_a_tolerance_is_told_once_as_its_reason() -> None:
     assert [line.split()[0] for line in found.lines] == ["not", "reason", "FAILED"]
 
 
+def test_a_tolerance_is_not_said_to_be_missed_by_what_was_not_refined() -> None:
+    within = {"reached": False, "asked": "1%", "attempts": 1, "places": [], "unit": "m"}
+
+    found = missed(report("pass", within=within) | {"outcome": "misaligned"})
+
+    assert found.lines == (
+        "not within 1%, as source and reference do not fit: nothing was refined, and the input "
+        "was written",
+    )
+
+
 def test_where_nothing_was_asked_for_nothing_is_missed() -> None:
     assert missed({"gates": None}) == missed({}) == missed(report("pass", row("pass")))
 

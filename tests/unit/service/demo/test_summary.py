@@ -125,7 +125,12 @@ def test_every_outcome_is_put_into_words(outcome: str, words: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mean", "words"), [(0.0085, "1.18 times closer"), (1e-8, "1,000,000 times closer")]
+    ("mean", "words"),
+    [
+        (0.0085, "1.18 times closer"),
+        (0.00998, "by less than 1 %"),
+        (1e-8, "1,000,000 times closer"),
+    ],
 )
 def test_small_and_large_improvements_are_written_with_the_digits_they_need(
     mean: float, words: str
