@@ -19,8 +19,10 @@ from worker.jobs.identifiers import new_job_id
 from worker.jobs.ledger import Ledger, QueueFullError
 from worker.jobs.ledger_keys import FETCHES
 from worker.jobs.lines import WINDOW
+from worker.jobs.project_scripts import PROJECT
 from worker.jobs.queue import TASK, JobQueue, job_of
 from worker.jobs.records import JobRecord, RemoteFile
+from worker.outbound.shares import Shares
 from worker.storage.blobs import BlobStore
 from worker.storage.register import BlobRegister
 from worker.transfers.fetching import Fetching
@@ -322,3 +324,25 @@ class TestRoom:
 
         assert ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY - 1)
         assert not ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY)
+
+
+def test_of_what_is_due_no_project_takes_all_places(
+    ledger: Ledger, redis: Redis, broker: EmbeddedBroker
+) -> None:
+    def due_of(project: str, count: int) -> list[str]:
+        jobs = [make_job().model_copy(update={"project": project}) for _ in range(count)]
+        names = [f"{ledger.create(job)}/report" for job in jobs]
+        redis.zadd("times", dict.fromkeys(names, 0 if project == "lamps" else 1))
+        return sorted(names)
+
+    lamps, chairs = due_of("lamps", 5), due_of("chairs", 1)
+
+    async def takes() -> list[list[str]]:
+        async with connect_async(broker.url) as client:
+            shares = Shares(client, "times", "tries", PROJECT, most=3)
+            first, second = await shares.take(4), await shares.take(4)
+            shares.release(lamps[0])
+            third = await shares.take(4)
+        return [[due.name for due in round_] for round_ in (first, second, third)]
+
+    assert asyncio.run(takes()) == [lamps[:3] + chairs, [], lamps[3:4]]

@@ -16,7 +16,9 @@ from redis.exceptions import TimeoutError as RedisTimeoutError
 from meshcone.errors import InternalError, MeshConeError
 from worker.jobs.ledger import Ledger, UnknownJobError
 from worker.jobs.ledger_keys import DELIVERIES, DELIVERY_TRIES
+from worker.jobs.project_scripts import PROJECT
 from worker.outbound.due import Due, DueList, pause_before, work_through
+from worker.outbound.shares import Shares
 from worker.storage.errors import DamagedFileError, StoreError
 from worker.transfers.buckets import Buckets
 from worker.transfers.errors import PassingError
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 logger = structlog.get_logger(__name__)
 
 _AT_ONCE = 8  # results; a slow server must not hold up the others
+_OF_A_PROJECT = 6  # of those, so that results of another are put, however slow its servers are
 _GROWTH = 6  # of the pause before each further try, as for webhooks
 _LOOK_INTERVAL = 0.25  # seconds
 _FAULT = "an unexpected error in the service; it was logged"
@@ -55,6 +58,7 @@ class Delivering:
         self._ledger = ledger
         self._blobs = blobs
         self._due = DueList(client, DELIVERIES, DELIVERY_TRIES)
+        self._shares = Shares(client, DELIVERIES, DELIVERY_TRIES, PROJECT, _OF_A_PROJECT)
         self._web = Web(private_addresses=settings.transfer_private_addresses)
         self._buckets = Buckets(settings.output_buckets)
         self._stopping = asyncio.Event()
@@ -70,13 +74,19 @@ class Delivering:
 
     async def take(self, count: int) -> Sequence[Due]:
         """Up to ``count`` results that are due."""
-        return await self._due.take(count)
+        return await self._shares.take(count)
 
     async def wait(self, seconds: float) -> None:
         """Wait until there may be more to put, some seconds at most."""
         await asyncio.sleep(await self._due.seconds_until_next(min(seconds, _LOOK_INTERVAL)))
 
     async def _see_to(self, due: Due) -> None:
+        try:
+            await self._once(due)
+        finally:
+            self._shares.release(due.name)
+
+    async def _once(self, due: Due) -> None:
         """Try once to put a result, and note what came of it; nothing ends the process."""
         try:
             if due.tries > 2 * self._settings.output_attempts:  # its process ended by each

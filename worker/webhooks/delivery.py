@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 logger = structlog.get_logger(__name__)
 
 _AT_ONCE = 32  # deliveries; a slow receiver must not hold up the others
+_OF_A_PROJECT = 24  # of those, so that another is told of its jobs, however slow its receivers are
 _GROWTH = 6  # of the pause before each further try: 5 s, 30 s, 3 min, 18 min, 1.8 h, 10.8 h
 _GONE = 410  # HTTP status by which a receiver says that it wants no more
 
@@ -49,7 +50,7 @@ class Delivery:
     def __init__(self, client: Redis, settings: WebhookSettings) -> None:
         self._client = client
         self._settings = settings
-        self._schedule = Schedule(client)
+        self._schedule = Schedule(client, _OF_A_PROJECT)
         self._stopping = asyncio.Event()
         # No connection is kept: each is made to an address that was checked for it.
         self._pool = httpcore2.AsyncConnectionPool(
@@ -77,6 +78,12 @@ class Delivery:
         await self._schedule.wait(seconds)
 
     async def _deliver(self, taken: Taken) -> None:
+        try:
+            await self._once(taken)
+        finally:
+            self._schedule.release(taken.message)
+
+    async def _once(self, taken: Taken) -> None:
         """Send a message once, and note what came of it; nothing that it does ends the process."""
         message, log = taken.message, logger.bind(job_id=taken.message.job, tries=taken.tries)
         attempts = self._settings.webhook_attempts

@@ -14,8 +14,10 @@ import structlog
 
 from worker.jobs.ledger_keys import COUNTERS, WEBHOOKS
 from worker.jobs.outbox import DROPPED, KEPT, Message
+from worker.jobs.project_scripts import PROJECT
 from worker.jobs.records import FINAL_STATES
 from worker.outbound.due import DueList
+from worker.outbound.shares import Shares
 
 if TYPE_CHECKING:
     from redis.asyncio import Redis
@@ -109,12 +111,14 @@ class Schedule:
 
     Args:
         client: a connection whose replies are strings.
+        of_a_project: messages of one project that are taken and not released yet, at most.
     """
 
-    def __init__(self, client: Redis) -> None:
+    def __init__(self, client: Redis, of_a_project: int = KEPT) -> None:
         self._client = client
         self._collect = client.register_script(_COLLECT)
         self._due = DueList(client, DUE, TRIES)
+        self._shares = Shares(client, DUE, TRIES, PROJECT, of_a_project)
 
     async def collect(self) -> None:
         """Take over what the ledger has written since; what cannot be read is dropped."""
@@ -128,9 +132,11 @@ class Schedule:
     async def take(self, count: int, seconds: float) -> Sequence[Taken]:
         """Up to ``count`` messages that are due; nobody else gets them for some seconds.
 
+        Each is to be released when nothing more is done for it.
+
         One that cannot be read is dropped, so that it keeps no other from being sent.
         """
-        due = await self._due.take(count, seconds)
+        due = await self._shares.take(count, seconds)
         texts = await self._client.hmget(MESSAGES, [each.name for each in due]) if due else []
         taken = []
         for each, text in zip(due, texts, strict=True):
@@ -138,8 +144,13 @@ class Schedule:
                 taken.append(Taken(Message.decoded(str(text or "")), each.tries))
             except ValueError as error:
                 logger.error("webhook dropped", message=each.name, reason=str(error))
+                self._shares.release(each.name)
                 await self._forget(each.name, "dropped")
         return taken
+
+    def release(self, message: Message) -> None:
+        """Let the project of a message that was taken have another in hand."""
+        self._shares.release(message.id)
 
     async def postpone(self, message: Message, seconds: float) -> None:
         """Have a message sent again later."""
