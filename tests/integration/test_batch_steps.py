@@ -104,6 +104,27 @@ def test_what_is_not_committed_is_no_batch_and_goes_by_itself(
     assert 0 < redis.ttl(f"meshcone:batch:{batch.id}:entry") <= STAGED_SECONDS
 
 
+def test_jobs_of_an_accepted_batch_take_room_before_they_are_entered(
+    batches: Batches, ledger: Ledger
+) -> None:
+    accepted(batches, 3)
+
+    assert ledger.has_room(4, "default", None)
+    assert not ledger.has_room(3, "default", None)
+    further = batch_of(2)
+    staged(batches, further)
+    with pytest.raises(QueueFullError):
+        batches.commit(further, capacity=4)
+
+
+def test_a_batch_that_is_being_entered_keeps_out_no_other_project(
+    batches: Batches, ledger: Ledger
+) -> None:
+    accepted(batches, 3)
+
+    assert ledger.has_room(3, "other", None)
+
+
 def test_a_commit_that_comes_too_late_is_refused(batches: Batches, redis: Redis) -> None:
     batch = batch_of(3)
     staged(batches, batch)

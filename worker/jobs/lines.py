@@ -13,7 +13,16 @@ out of its line is put into it again by the reconciler.
 from __future__ import annotations
 
 from worker.jobs.full_broker import WHEN_FULL
-from worker.jobs.ledger_keys import FETCH_LINES, FETCH_TRIES, FETCHES, PROJECTS, QUEUE_LINES, TURN
+from worker.jobs.identifiers import DEFAULT_PROJECT
+from worker.jobs.ledger_keys import (
+    FETCH_LINES,
+    FETCH_TRIES,
+    FETCHES,
+    OPEN_BATCHES,
+    PROJECTS,
+    QUEUE_LINES,
+    TURN,
+)
 from worker.jobs.project_scripts import PROJECT
 
 WINDOW = 8
@@ -77,10 +86,29 @@ end
 """Lua: ``wait_in``, ``leave_lines`` and ``next_in``, after that of projects."""
 
 ROOM = f"""
+-- The jobs of batches that are accepted and not entered yet: of all, of a project, of a key.
+local function not_entered(project, owner)
+  local sum, of_project, of_key = 0, 0, 0
+  for _, id in ipairs(redis.call('SMEMBERS', '{OPEN_BATCHES}')) do
+    local batch = 'meshcone:batch:' .. id
+    local left = redis.call('LLEN', batch .. ':entry')
+    if left > 0 and redis.call('HEXISTS', batch, 'cancel_requested') == 0 then
+      sum = sum + left
+      local whose = redis.call('HMGET', batch, 'project', 'owner')
+      if cjson.decode(whose[1] or '"{DEFAULT_PROJECT}"') == project then
+        of_project = of_project + left
+        if (whose[2] and cjson.decode(whose[2]) or '') == owner then of_key = of_key + left end
+      end
+    end
+  end
+  return sum, of_project, of_key
+end
+
 -- Whether so many more jobs of a sender may be queued: below the capacity, or below the share of it
 -- that each project with queued jobs has, or each key of the project. So nobody who has little
 -- queued is kept out by those who have much.
 local function has_room(capacity, project, owner, more)
+  local coming, coming_of_project, coming_of_key = not_entered(project, owner)
   local function queued(place) return redis.call('ZCARD', place .. 'since:queued') end
   local function with_own(names, own, place)
     local count = 1
@@ -89,19 +117,19 @@ local function has_room(capacity, project, owner, more)
     end
     return count
   end
-  if queued('meshcone:') + more <= capacity then return true end
+  if queued('meshcone:') + coming + more <= capacity then return true end
   local projects = redis.call('SMEMBERS', '{PROJECTS}')
   local share = capacity / with_own(projects, project, function(name)
     return 'meshcone:project:' .. name .. ':since:queued'
   end)
   local own = 'meshcone:project:' .. project .. ':'
-  if queued(own) + more <= share then return true end
+  if queued(own) + coming_of_project + more <= share then return true end
   local function of_key(name) return own .. 'queued:' .. name end
   share = share / with_own(redis.call('SMEMBERS', own .. 'owners'), owner, of_key)
-  return redis.call('SCARD', of_key(owner)) + more <= share
+  return redis.call('SCARD', of_key(owner)) + coming_of_key + more <= share
 end
 """
-"""Lua: ``has_room(capacity, project, owner, more)``."""
+"""Lua: ``has_room(capacity, project, owner, more)``; jobs count from their batch's commit on."""
 
 HAS_ROOM = (
     ROOM
