@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 WINDOW = 60  # seconds
 _SETTLING = 60  # seconds after which a reservation whose request has not ended is looked into
+_LOOKED_AT = 100  # jobs of a key without a limit, at each that it sends
 
 logger = structlog.get_logger(__name__)
 
@@ -99,12 +100,12 @@ end
 
 _RESERVE = (
     _ACCOUNT
-    + """
+    + f"""
 -- ARGV: id of a job or of a staged batch, bytes, jobs allowed, bytes allowed (0 for any number),
 --       day in seconds, seconds after which a reservation is looked into, jobs that it is or has
 local jobs, bytes, day_length = tonumber(ARGV[3]), tonumber(ARGV[4]), tonumber(ARGV[5])
 local overdue = time - tonumber(ARGV[6])
-if redis.call('HEXISTS', KEYS[3], ARGV[1]) == 1 then return {'', 0} end  -- its answer was lost
+if redis.call('HEXISTS', KEYS[3], ARGV[1]) == 1 then return {{'', 0}} end  -- its answer was lost
 local reserved = redis.call('HGETALL', KEYS[3])
 for index = 1, #reserved, 2 do
   local id = reserved[index]
@@ -119,9 +120,9 @@ for index = 1, #reserved, 2 do
   end
 end
 local more = not_entered() + tonumber(ARGV[7])
-if jobs > 0 and redis.call('ZCARD', KEYS[1]) + more > jobs then
-  -- The ledger says what became of them: a count of our own could drift from it.
-  for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, -1)) do
+-- The ledger says what became of them: a count of our own could drift from it.
+local function take_out_ended(last)
+  for _, id in ipairs(redis.call('ZRANGE', KEYS[1], 0, last)) do
     local state = redis.call('HGET', 'meshcone:job:' .. id, 'state')
     local is_active = state == 'queued' or state == 'running'
     if not state then  -- not known yet, or deleted
@@ -130,17 +131,22 @@ if jobs > 0 and redis.call('ZCARD', KEYS[1]) + more > jobs then
     end
     if not is_active then redis.call('ZREM', KEYS[1], id) end
   end
-  if redis.call('ZCARD', KEYS[1]) + more > jobs then return {'jobs', 0} end
+end
+-- Without a limit the oldest are looked at, so that those that have ended do not gather.
+if jobs == 0 then take_out_ended({_LOOKED_AT - 1}) end
+if jobs > 0 and redis.call('ZCARD', KEYS[1]) + more > jobs then
+  take_out_ended(-1)
+  if redis.call('ZCARD', KEYS[1]) + more > jobs then return {{'jobs', 0}} end
 end
 local used = tonumber(redis.call('GET', KEYS[2]) or '0')
 if bytes > 0 and used + tonumber(ARGV[2]) > bytes then
-  return {'bytes', math.max(redis.call('TTL', KEYS[2]), 1)}
+  return {{'bytes', math.max(redis.call('TTL', KEYS[2]), 1)}}
 end
 count(ARGV[1], ARGV[2], day_length)
 local day = redis.call('EXPIRETIME', KEYS[2])
 redis.call('HSET', KEYS[3], ARGV[1], string.format('%d/%d/%d', ARGV[2], day, time))
 redis.call('EXPIRE', KEYS[3], 2 * day_length)
-return {'', 0}
+return {{'', 0}}
 """
 )
 

@@ -73,6 +73,34 @@ def test_a_place_is_free_again_when_its_job_is_deleted(
     quotas.reserve(key, new_job_id(), 1)
 
 
+def test_ended_jobs_of_a_key_without_a_limit_do_not_gather(
+    store: KeyStore, quotas: JobQuotas, ledger: Ledger, redis: Redis
+) -> None:
+    key = store.create("any", ["submit"], Quota(active_jobs=0)).key
+    for _ in range(3):
+        job = make_job()
+        quotas.reserve(key, job.id, 1)
+        ledger.create(job)
+        quotas.settle(key, job.id, 1)
+        ledger.cancel(job.id)
+
+    assert redis.zcard(f"meshcone:key:{key.id}:jobs") == 1
+
+
+def test_a_reservation_from_before_the_clock_was_set_back_is_given_back(
+    store: KeyStore, quotas: JobQuotas, redis: Redis
+) -> None:
+    key = store.create("small", ["submit"], Quota(active_jobs=1)).key
+    dead = new_job_id()
+    quotas.reserve(key, dead, 5)
+    place = f"meshcone:key:{key.id}"
+    size, day, since = str(redis.hget(f"{place}:reserved", dead)).split("/")
+    redis.hset(f"{place}:reserved", dead, f"{size}/{day}/{int(since) + 7200}")
+    redis.zincrby(f"{place}:jobs", 7200, dead)
+
+    quotas.reserve(key, new_job_id(), 5)
+
+
 def let_in(batches: Batches, quotas: JobQuotas, key: ApiKey, pairs: int) -> BatchRecord:
     """A batch of a key that is accepted; none of its jobs is entered yet."""
     batch = BatchRecord(
