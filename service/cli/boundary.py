@@ -18,8 +18,7 @@ from meshcone.text import printable
 from meshcone.threads import use_one_thread
 from service.cli.streams import lasting_streams
 
-BAD_INPUT = 2
-INTERNAL = 3
+NOT_REACHED, BAD_INPUT, INTERNAL = 1, 2, 3  # exit codes; 1 also of gates that are not passed
 
 
 class CommandLine(typer.Typer):

@@ -55,11 +55,11 @@ def command(
     from rich.console import Console
 
     from service.cli.metrics_table import metrics_table
+    from service.cli.summary import summary_lines
     from service.demo.asset import degraded, reference_glb
     from service.demo.display import Display
     from service.demo.interruption import interruptible
     from service.demo.session import run_session
-    from service.demo.summary import summary_lines
 
     _make_directory(out)
     console = Console(markup=False, emoji=False)  # the folder's name is no markup

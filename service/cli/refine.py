@@ -10,11 +10,10 @@ import typer
 
 from meshcone.outputs import certificate_path
 from service.cli.arguments import Assignments, Per, Reference, Source, options_from
+from service.cli.boundary import NOT_REACHED
 from service.cli.missed import MISSED_SECTIONS, missed
 from service.cli.progress_bar import progress_bar
 from service.cli.telling import tell
-
-_NOT_REACHED = 1  # exit code
 
 
 def command(
@@ -97,7 +96,7 @@ def command(
     short = missed(done.model_dump(mode="json", include=set(MISSED_SECTIONS)))
     for line in short.lines:
         tell(line, err=True)
-    code = _NOT_REACHED if short.failed else 0
+    code = NOT_REACHED if short.failed else 0
     if quiet:
         return code
     beside = [report] if report is not None else []
@@ -108,7 +107,7 @@ def command(
 
 
 def _show(report: Mapping[str, Any], written: Iterable[Path]) -> None:
-    from service.demo.summary import kept_words, outcome_line
+    from service.cli.summary import kept_words, outcome_line
 
     quality, certificate = report["quality"], report["certificate"]
     scores = [quality[name]["point_to_surface"] for name in ("input", "refined")]

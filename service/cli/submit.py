@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args, overload
+from typing import TYPE_CHECKING, Annotated, get_args, overload
 
 import typer
 
 from meshcone.errors import InputError, InternalError, MeshConeError
-from meshcone.json_text import DuplicateNameError, parse_json
-from meshcone.local_files import files_of, left_behind, read_bytes, read_local
+from meshcone.local_files import files_of, left_behind, read_local
 from meshcone.outputs import (
     certificate_path,
     certificate_place,
@@ -20,8 +19,10 @@ from meshcone.outputs import (
 )
 from meshcone.suggestions import did_you_mean
 from service.cli.arguments import Assignments, Per, options_from
+from service.cli.boundary import NOT_REACHED
 from service.cli.missed import Missed, missed
 from service.cli.progress_bar import progress_bar
+from service.cli.submit_batch import JOB_TIMEOUT, submit_batch
 from service.cli.telling import tell
 
 if TYPE_CHECKING:
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from service.api.schemas import Job, LinkedFile, OutputPlace
     from service.client import Client
     from worker.jobs.records import OutputName
-
-_NOT_REACHED = 1  # exit code
-_JOB_TIMEOUT = 24 * 3600.0  # seconds; a queue may be long
 
 
 def command(
@@ -138,7 +136,7 @@ def command(
         others = (source, out, label, webhook, put, per, assignments, source_secret, source_sha256)
         if any((*others, reference_secret, reference_sha256)):
             raise InputError("--batch goes with --server and --report alone: all else is in it")
-        return _submit_batch(batch, server, report)
+        return submit_batch(batch, server, report)
     if source is None:
         raise InputError("SOURCE is missing: name a mesh, or a --batch")
     options = options_from(assignments, per=per)
@@ -162,37 +160,29 @@ def command(
     source_file = _file("source", source, source_secret, source_sha256, listed)
     reference_file = _file("reference", reference, reference_secret, reference_sha256)
 
-    import httpx2
+    from service.client.connection import connect, service_errors
 
-    from service.client import ServiceError
-    from service.client.connection import connect, error_of, no_answer
-
-    with connect(server) as client:
-        try:
-            job = client.submit(
-                source_file,
-                reference_file,
-                options.model_dump(mode="json", exclude_unset=True),
-                labels=label or (),
-                webhook=webhook,
-                outputs=outputs,
-            )
-            if out is None and report is None:
-                tell(f"{server.rstrip('/')}{job.links.self}")
-                return 0
-            ended = _ended(client, job)
-            contents = _results(client, ended, out, report)
-            asked = options.within is not None or options.gates or options.keep
-            short = missed(client.report(ended.id)) if asked else Missed((), failed=False)
-        except ServiceError as error:
-            raise error_of(error.problem) from None
-        except httpx2.HTTPError as error:
-            raise no_answer(error) from None
+    with connect(server) as client, service_errors():
+        job = client.submit(
+            source_file,
+            reference_file,
+            options.model_dump(mode="json", exclude_unset=True),
+            labels=label or (),
+            webhook=webhook,
+            outputs=outputs,
+        )
+        if out is None and report is None:
+            tell(f"{server.rstrip('/')}{job.links.self}")
+            return 0
+        ended = _ended(client, job)
+        contents = _results(client, ended, out, report)
+        asked = options.within is not None or options.gates or options.keep
+        short = missed(client.report(ended.id)) if asked else Missed((), failed=False)
     write_together(contents)
     _tell_left_behind(source_file, out, contents)
     for line in short.lines:
         tell(line, err=True)
-    return _NOT_REACHED if short.failed else 0
+    return NOT_REACHED if short.failed else 0
 
 
 def _tell_left_behind(
@@ -205,53 +195,6 @@ def _tell_left_behind(
         told = left_behind(source, written[out], out)
         if told is not None:
             tell(f"warning        {told}", err=True)
-
-
-def _submit_batch(file: Path, server: str, report: Path | None) -> int:
-    import httpx2
-
-    from service.cli.gate import exit_code_of, show_run
-    from service.client import ServiceError
-    from service.client.connection import connect, error_of, no_answer
-
-    require_places([report], [file])
-    document = _document(file)
-    pairs = document.pop("pairs", None)
-    if not isinstance(pairs, list):
-        raise InputError("has no list 'pairs'", file=str(file))
-    with connect(server) as client:
-        try:
-            sent = client.submit_batch(pairs, document)
-            tell(f"{server.rstrip('/')}{sent.links.self}", err=True)
-            client.wait_for_batch(sent.id, timeout=_JOB_TIMEOUT)
-            run = client.batch_result(sent.id)
-        except TimeoutError as error:
-            raise InternalError(str(error)) from None
-        except ServiceError as error:
-            raise error_of(error.problem) from None
-        except httpx2.HTTPError as error:
-            raise no_answer(error) from None
-    if report is not None:
-        write_together({report: run.model_dump_json(indent=2).encode() + b"\n"})
-    show_run(run)
-    if len(run.assets) != sent.pairs:
-        raise InternalError(
-            f"the service tells of {len(run.assets)} of the {sent.pairs} pairs that were sent: "
-            "jobs of the batch were deleted meanwhile"
-        )
-    return exit_code_of(run)
-
-
-def _document(file: Path) -> dict[str, Any]:
-    try:
-        document = parse_json(read_bytes(file))
-    except DuplicateNameError as error:
-        raise InputError(str(error), file=str(file)) from None
-    except (ValueError, RecursionError):
-        raise InputError("is not valid JSON", file=str(file)) from None
-    if not isinstance(document, dict):
-        raise InputError("is not a JSON object", file=str(file))
-    return document
 
 
 @overload
@@ -319,7 +262,7 @@ def _ended(client: Client, job: Job) -> Job:
                 show(seen.progress)
 
         try:
-            ended = client.wait(job.id, timeout=_JOB_TIMEOUT, on_change=on_change)
+            ended = client.wait(job.id, timeout=JOB_TIMEOUT, on_change=on_change)
         except TimeoutError as error:
             raise InternalError(str(error)) from None
     if ended.state != "succeeded":

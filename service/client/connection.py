@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import httpx2
 
@@ -66,8 +68,23 @@ def connect(url: str) -> Client:
     return client
 
 
-def no_answer(error: httpx2.HTTPError) -> InternalError:
-    """The error that it is for a command that a service does not answer, or not as one does."""
+@contextmanager
+def service_errors() -> Iterator[None]:
+    """Raise what a service refuses, and that it does not answer, as the errors of a command.
+
+    Raises:
+        MeshConeError: of the kind that the service's problem has.
+        InternalError: it does not answer, or not as a service does.
+    """
+    try:
+        yield
+    except ServiceError as error:
+        raise error_of(error.problem) from None
+    except httpx2.HTTPError as error:
+        raise _no_answer(error) from None
+
+
+def _no_answer(error: httpx2.HTTPError) -> InternalError:
     if isinstance(error, UnreadableAnswerError):
         return InternalError(str(error))
     return InternalError(f"the service does not answer: {error}")

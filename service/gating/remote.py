@@ -8,8 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import httpx2
-
 from meshcone.errors import InternalError, MeshConeError, SolveTimeoutError
 from meshcone.files import MeshFile
 from meshcone.gates.results import AssetResult, AssetView, GateRun, Judgement
@@ -17,8 +15,7 @@ from meshcone.local_files import read_local
 from meshcone.text import as_line
 from service.api.batch_schemas import NAME_LENGTH, Batch
 from service.api.schemas import LABEL_LENGTH, LinkedFile, NamedBlob
-from service.client import ServiceError
-from service.client.connection import connect, error_of, no_answer
+from service.client.connection import connect, service_errors
 from service.gating.job import UNGATED, GateJob
 from service.gating.pairs import Place
 
@@ -84,13 +81,10 @@ class RemoteGate:
 
         def done(item: Any) -> Any:
             try:
-                return work(item)
+                with service_errors():
+                    return work(item)
             except MeshConeError as error:
                 return error
-            except ServiceError as error:
-                return error_of(error.problem)
-            except httpx2.HTTPError as error:
-                return no_answer(error)
 
         threads = ThreadPoolExecutor(max_workers=max(1, min(self._at_once, len(items))))
         try:
@@ -128,25 +122,21 @@ class RemoteGate:
 
     def _submitted(self, pairs: Sequence[Mapping[str, Any]], label: str | None) -> Batch:
         header = {} if label is None else {"name": label, "labels": [label]}
-        try:
+        with service_errors():
             return self._client.submit_batch(pairs, header)
-        except ServiceError as error:
-            raise error_of(error.problem) from None
-        except httpx2.HTTPError as error:
-            raise no_answer(error) from None
 
     def _ended(self, batch_id: str, jobs: Sequence[GateJob]) -> list[AssetResult]:
         """What came of the jobs of a batch, in their order."""
+        client = self._client
         try:
-            self._client.wait_for_batch(batch_id, timeout=BATCH_TIMEOUT, interval=_LOOK_INTERVAL)
-            found = self._client.batch_result(batch_id).assets
-            ids = [job.id for job in self._client.batch_jobs(batch_id)][::-1]
+            with service_errors():
+                client.wait_for_batch(batch_id, timeout=BATCH_TIMEOUT, interval=_LOOK_INTERVAL)
+                found = client.batch_result(batch_id).assets
+                ids = [job.id for job in client.batch_jobs(batch_id)][::-1]
         except TimeoutError as error:
             failure: MeshConeError = SolveTimeoutError(str(error))
-        except ServiceError as error:
-            failure = error_of(error.problem)
-        except httpx2.HTTPError as error:
-            failure = no_answer(error)
+        except MeshConeError as error:
+            failure = error
         else:
             if len(found) == len(ids) == len(jobs):
                 return self._each(self._result, list(zip(jobs, found, ids, strict=True)))

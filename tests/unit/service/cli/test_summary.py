@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from service.cli.metrics_table import metrics_table
-from service.demo.summary import summary_lines
+from service.cli.summary import summary_lines
 
 
 def report(outcome: str = "improved") -> dict[str, Any]:
