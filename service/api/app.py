@@ -116,6 +116,7 @@ def create_app(
             "operation_spans": False,
             "exclude": lambda scope: scope["path"] in PROBES,
         },
+        redirect_slashes=False,  # to a URL with the scheme and host of behind a proxy
         docs_url=None,  # that page loads its scripts from another site; ours does not
         redoc_url=None,
         generate_unique_id_function=lambda route: route.name,

@@ -58,3 +58,10 @@ def test_labels_may_be_repeated(http: TestClient) -> None:
 
 def test_a_probe_may_be_asked_with_what_it_does_not_know(http: TestClient) -> None:
     assert http.get("/livez?at=1").status_code == 200
+
+
+def test_a_path_with_a_slash_too_many_is_not_found_and_not_redirected(http: TestClient) -> None:
+    answer = http.get("/v1/jobs/", follow_redirects=False)
+
+    assert answer.status_code == 404
+    assert answer.headers["content-type"] == "application/problem+json"
