@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from meshcone.assets import Asset
 from meshcone.assets.content import Content, Draw
+from meshcone.auditing.naming import unique_labels
 
 _SAME_SHARE = 0.05
 _SAME_PLACE = 0.1
@@ -51,7 +52,9 @@ def bindings(asset: Asset, content: Content, keys: list[str]) -> dict[str, Bindi
         content: of the same file.
         keys: what its meshes are called.
     """
-    weighted: dict[str, NDArray[np.float64]] = {}  # area by weight, then that times x, y, z
+    labels = unique_labels(content)
+    # By mesh and joint: area by weight, then that times x, y, z.
+    weighted: dict[tuple[str, str], NDArray[np.float64]] = {}
     wholes: dict[str, NDArray[np.float64]] = {}  # area, then that times x, y, z
     for draw in content.draws:
         node = None if draw.node is None else content.nodes[draw.node]
@@ -67,10 +70,11 @@ def bindings(asset: Asset, content: Content, keys: list[str]) -> dict[str, Bindi
         wholes[mesh] = wholes.get(mesh, np.zeros(4)) + whole
         for number, each in zip(numbers, sums, strict=True):
             if number < len(joints):
-                key = f"{mesh}: {content.label(joints[number])}"
+                key = mesh, labels[joints[number]]
                 weighted[key] = weighted.get(key, np.zeros(4)) + each
     return {
-        key: _binding(found, wholes[key[: key.rindex(": ")]]) for key, found in weighted.items()
+        f"{mesh}: {joint}": _binding(found, wholes[mesh])
+        for (mesh, joint), found in weighted.items()
     }
 
 

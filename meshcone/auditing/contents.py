@@ -26,6 +26,7 @@ from meshcone.auditing.bindings import Binding, bindings
 from meshcone.auditing.fields import Fields
 from meshcone.auditing.hanging import reached
 from meshcone.auditing.layout import Laid, layouts
+from meshcone.auditing.naming import unique, unique_labels
 from meshcone.auditing.parts import DEFAULT, Parts
 from meshcone.auditing.tracks import Track
 from meshcone.auditing.variants import variants_of
@@ -103,13 +104,13 @@ class Placed:
 
 def named(names: Iterable[str]) -> dict[str, str]:
     """Names by a key that is theirs alone: the second of a name is another thing."""
-    return {key: key for key in _keys(list(names))}
+    return {key: key for key in unique(list(names))}
 
 
 def nodes(asset: Asset, content: Content) -> dict[str, Placed]:
     """Nodes that a scene reaches, by their paths."""
     numbers = reached(content)
-    keys = _keys([content.path(number) for number in numbers])
+    keys = unique([content.path(number) for number in numbers])
     boxes = _boxes(asset, content)
     places = (Placed(content.nodes[number].matrix, boxes.get(number)) for number in numbers)
     return dict(zip(keys, places, strict=True))
@@ -144,13 +145,13 @@ def _axes_and_sizes(
 def meshes(content: Content) -> dict[str, Fact]:
     """Meshes, with the materials they are drawn with."""
     facts = []
-    called = _keys([each.name for each in content.materials])
+    called = unique([each.name for each in content.materials])
     for mesh in content.meshes:
         numbers = {primitive.material for primitive in mesh.primitives}
         used = {DEFAULT if number is None else called[number] for number in numbers}
         varied = variants_of(mesh, called, DEFAULT)
         facts.append(Fact({"materials": ", ".join(sorted(used)), **_undrawn(mesh), **varied}))
-    return dict(zip(_keys([mesh.name for mesh in content.meshes]), facts, strict=True))
+    return dict(zip(unique([mesh.name for mesh in content.meshes]), facts, strict=True))
 
 
 def _undrawn(mesh: Mesh) -> dict[str, str]:
@@ -163,7 +164,7 @@ def materials(content: Content) -> dict[str, Fact]:
     """Materials, with their factors and the content of the images bound to them."""
     digests = [_digest(image.data) for image in content.images]
     facts = [_material(material, digests) for material in content.materials]
-    return dict(zip(_keys([each.name for each in content.materials]), facts, strict=True))
+    return dict(zip(unique([each.name for each in content.materials]), facts, strict=True))
 
 
 def images(content: Content) -> dict[str, str]:
@@ -182,7 +183,7 @@ def attributes(content: Content, prefix: str | None) -> dict[str, tuple[str, str
         content: of a file.
         prefix: of the attributes; None for all but coordinates and colours.
     """
-    keys = _keys([mesh.name for mesh in content.meshes])
+    keys = unique([mesh.name for mesh in content.meshes])
     others = ("POSITION", "TEXCOORD_", "COLOR_")
     return {
         f"{key}: {name}": (key, name)
@@ -195,24 +196,24 @@ def attributes(content: Content, prefix: str | None) -> dict[str, tuple[str, str
 
 def parts(asset: Asset, content: Content, moved: NDArray[np.float64] | None = None) -> Parts:
     """Where each mesh has its materials and attributes; see :class:`Parts`."""
-    called = _keys([each.name for each in content.materials])
-    return Parts(asset, content, _keys([mesh.name for mesh in content.meshes]), called, moved)
+    called = unique([each.name for each in content.materials])
+    return Parts(asset, content, unique([mesh.name for mesh in content.meshes]), called, moved)
 
 
 def fields(asset: Asset, content: Content, moved: NDArray[np.float64] | None = None) -> Fields:
     """What each mesh has at its vertices; see :class:`Fields`."""
-    return Fields(asset, content, _keys([mesh.name for mesh in content.meshes]), moved)
+    return Fields(asset, content, unique([mesh.name for mesh in content.meshes]), moved)
 
 
 def uv_layouts(content: Content) -> dict[str, Laid]:
     """Where the sets of texture coordinates lie: ``mesh: NAME``."""
-    return layouts(content, _keys([mesh.name for mesh in content.meshes]))
+    return layouts(content, unique([mesh.name for mesh in content.meshes]))
 
 
 def targets(content: Content) -> dict[str, tuple[str, str]]:
     """Morph targets: ``mesh: NAME``, or the target's number; each as mesh and number."""
     found = {}
-    for key, mesh in zip(_keys([m.name for m in content.meshes]), content.meshes, strict=True):
+    for key, mesh in zip(unique([m.name for m in content.meshes]), content.meshes, strict=True):
         count = max((primitive.targets for primitive in mesh.primitives), default=0)
         for number in range(count):
             known = number < len(mesh.target_names)
@@ -223,52 +224,50 @@ def targets(content: Content) -> dict[str, tuple[str, str]]:
 
 def skins(content: Content) -> dict[str, Fact]:
     """Skins, with the names of their joints."""
+    labels = unique_labels(content)
     facts = [
-        Fact({"joints": ", ".join(content.label(joint) for joint in skin.joints)})
+        Fact({"joints": ", ".join(labels[joint] for joint in skin.joints)})
         for skin in content.skins
     ]
-    return dict(zip(_keys([skin.name for skin in content.skins]), facts, strict=True))
+    return dict(zip(unique([skin.name for skin in content.skins]), facts, strict=True))
 
 
 def animations(content: Content) -> dict[str, Fact]:
     """Animations, with their channels."""
-    facts = [_animation(each, content) for each in content.animations]
-    return dict(zip(_keys([each.name for each in content.animations]), facts, strict=True))
+    labels = unique_labels(content)
+    facts = [_animation(each, labels) for each in content.animations]
+    return dict(zip(unique([each.name for each in content.animations]), facts, strict=True))
 
 
 def fittings(found: Sequence[Fitting]) -> dict[str, Fact]:
     """Cameras or lights, with their properties."""
     facts = [Fact(each.parameters) for each in found]
-    return dict(zip(_keys([each.name for each in found]), facts, strict=True))
+    return dict(zip(unique([each.name for each in found]), facts, strict=True))
 
 
 def tracks(content: Content) -> dict[str, Track]:
-    """What each channel of each animation does: ``animation: node path``."""
-    keys = _keys([each.name for each in content.animations])
-    return {
-        f"{key}: {_target(channel, content)}": track
-        for key, animation in zip(keys, content.animations, strict=True)
-        for channel in animation.channels
-        if (track := Track.of(channel)) is not None
-    }
+    """What each channel of each animation does: ``animation: node path``.
+
+    Channels that are no numbers are counted in :func:`animations`.
+    """
+    labels = unique_labels(content)
+    found = {}
+    animated = unique([each.name for each in content.animations])
+    for key, animation in zip(animated, content.animations, strict=True):
+        called = unique([_target(channel, labels) for channel in animation.channels])
+        for name, channel in zip(called, animation.channels, strict=True):
+            if channel.finite:
+                found[f"{key}: {name}"] = Track.of(channel)
+    return found
 
 
 def followers(asset: Asset, content: Content) -> dict[str, Binding]:
     """Which part of each mesh follows each joint: ``mesh: joint``."""
-    return bindings(asset, content, _keys([mesh.name for mesh in content.meshes]))
+    return bindings(asset, content, unique([mesh.name for mesh in content.meshes]))
 
 
-def _target(channel: Channel, content: Content) -> str:
-    return f"{content.label(channel.node) if channel.node is not None else '-'} {channel.path}"
-
-
-def _keys(names: Sequence[str]) -> list[str]:
-    seen: dict[str, int] = {}
-    keys = []
-    for name in names:
-        count = seen[name] = seen.get(name, 0) + 1
-        keys.append(name if name and count == 1 else f"{name}#{count}")
-    return keys
+def _target(channel: Channel, labels: Sequence[str]) -> str:
+    return f"{labels[channel.node] if channel.node is not None else '-'} {channel.path}"
 
 
 def _material(material: Material, digests: Sequence[str]) -> Fact:
@@ -303,8 +302,8 @@ def _use(use: TextureUse, digests: Sequence[str]) -> str:
     return ", ".join(told)
 
 
-def _animation(animation: Animation, content: Content) -> Fact:
-    channels = sorted(_target(each, content) for each in animation.channels)
+def _animation(animation: Animation, labels: Sequence[str]) -> Fact:
+    channels = sorted(_target(each, labels) for each in animation.channels)
     broken = sum(not each.finite for each in animation.channels)
     return Fact(
         {

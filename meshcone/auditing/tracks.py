@@ -18,20 +18,23 @@ class Track:
 
     Attributes:
         path: what it moves.
-        samples: (s, c) its values, evenly from its first key to its last.
+        samples: (s, c) its values, evenly from its first key to its last; None where there are not
+            as many values as its keys need.
     """
 
     path: str
-    samples: NDArray[np.float64]
+    samples: NDArray[np.float64] | None
 
     @staticmethod
-    def of(channel: Channel) -> Track | None:
-        """The course of a channel; None where its values are none that can be compared."""
-        return None if channel.track is None else Track(channel.path, channel.track)
+    def of(channel: Channel) -> Track:
+        """The course of a channel."""
+        return Track(channel.path, channel.track)
 
     def is_like(self, other: Track) -> bool:
         """Whether both go the same way, but for rounding and for when keys are set."""
         here, there = self.samples, other.samples
+        if here is None or there is None:
+            return here is there
         if here.shape != there.shape:
             return False
         if self.path == "rotation":  # q and -q are one turn
@@ -41,5 +44,7 @@ class Track:
 
     def words(self) -> str:
         """The values at the beginning, in the middle and at the end."""
+        if self.samples is None:
+            return "values that do not fit the keys"
         told = self.samples[[0, len(self.samples) // 2, -1]]
         return ", then ".join(f"({', '.join(f'{v:.3g}' for v in row[:4])})" for row in told)

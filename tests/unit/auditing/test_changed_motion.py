@@ -70,6 +70,40 @@ def test_a_spline_is_compared_by_its_values_at_the_keys() -> None:
     assert counted(changes_between(asset_of(swinging(0, 1, 0)), asset_of(spline))) == {}
 
 
+def twins(moved: int) -> Document:
+    """The asset with two more nodes of one name, each with a channel; one of them moves."""
+    document = swinging(0, 1, 0)
+    first = len(document.json["nodes"])
+    document.json["nodes"] += [{"name": "twin"}, {"name": "twin"}]
+    document.json["scenes"][0]["nodes"] += [first, first + 1]
+    [animation] = document.json["animations"]
+    for which in range(2):
+        values = np.zeros((3, 3), dtype="<f4")
+        values[1] = which == moved
+        sampler = {**animation["samplers"][0], "output": document.accessor(values)}
+        animation["samplers"].append(sampler)
+        target = {"node": first + which, "path": "translation"}
+        animation["channels"].append({"sampler": which + 1, "target": target})
+    return document
+
+
+def test_each_of_two_nodes_of_one_name_moves_as_it_did() -> None:
+    changes = changes_between(asset_of(twins(0)), asset_of(twins(1)))
+
+    assert counted(changes) == {"altered.animations": 2}
+
+
+def test_a_channel_whose_values_no_longer_fit_its_keys_is_altered() -> None:
+    short = whole()  # four values for three keys
+    sampler = short.json["animations"][0]["samplers"][0]
+    sampler["output"] = short.accessor(np.zeros((2, 2), dtype="<f4"))
+
+    changes = changes_between(asset_of(swinging(0, 1, 0)), asset_of(short))
+
+    assert counted(changes) == {"altered.animations": 1}
+    assert changes.rows[0].source == "values that do not fit the keys"
+
+
 def test_a_turn_is_the_same_with_its_sign_turned() -> None:
     turns = np.array([[0, 0, 0, 1], [0, 0.6, 0, 0.8]])
     one, other = Track("rotation", turns), Track("rotation", turns * [[1], [-1]])
@@ -108,6 +142,19 @@ def test_vertices_that_follow_another_joint_are_told_though_nothing_moves_at_res
 
     assert counted(found) == {"altered.skins": 1}
     assert "'squares: bone' moves another part" in found.rows[0].words
+
+
+def test_vertices_that_follow_another_joint_of_the_same_name_are_told() -> None:
+    one, other = bound(0), bound(0)
+    for document, joints in (one, [[0] * 4, [1] * 4] * 2), (other, [[1] * 4, [0] * 4] * 2):
+        primitive = document.json["meshes"][0]["primitives"][1]
+        values = np.array(joints, dtype="|u1")
+        primitive["attributes"]["JOINTS_0"] = document.accessor(values)
+        document.json["nodes"][0]["name"] = document.json["nodes"][2]["name"] = "arm: upper"
+
+    changes = changes_between(asset_of(one), asset_of(other))
+
+    assert counted(changes)["altered.skins"] >= 1
 
 
 def test_vertices_whose_weights_became_no_numbers_follow_no_joint() -> None:
