@@ -14,6 +14,7 @@ from meshcone.auditing.naming import unique_labels
 _SAME_SHARE = 0.05
 _SAME_PLACE = 0.1
 _SETS = 2
+_JOINTS = 1024  # of a skin, told though nothing follows them
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def bindings(asset: Asset, content: Content, keys: list[str]) -> dict[str, Bindi
     # By mesh and joint: area by weight, then that times x, y, z.
     weighted: dict[tuple[str, str], NDArray[np.float64]] = {}
     wholes: dict[str, NDArray[np.float64]] = {}  # area, then that times x, y, z
+    skinned: set[tuple[str, int]] = set()
     for draw in content.draws:
         node = None if draw.node is None else content.nodes[draw.node]
         if node is None or node.skin is None:
@@ -67,6 +69,11 @@ def bindings(asset: Asset, content: Content, keys: list[str]) -> dict[str, Bindi
             continue
         whole, numbers, sums = found
         mesh = keys[draw.mesh]
+        # A joint that nothing follows counts as well: all may follow it in the other file.
+        if (mesh, node.skin) not in skinned:
+            skinned.add((mesh, node.skin))
+            for joint in joints[:_JOINTS]:
+                weighted.setdefault((mesh, labels[joint]), np.zeros(4))
         wholes[mesh] = wholes.get(mesh, np.zeros(4)) + whole
         for number, each in zip(numbers, sums, strict=True):
             if number < len(joints):

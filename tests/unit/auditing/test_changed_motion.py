@@ -140,7 +140,7 @@ def test_vertices_that_follow_another_joint_are_told_though_nothing_moves_at_res
     primitive["attributes"]["JOINTS_0"] = half.accessor(joints)
     found = changes_between(one, asset_of(half))
 
-    assert counted(found) == {"altered.skins": 1}
+    assert counted(found) == {"altered.skins": 2}
     assert "'squares: bone' moves another part" in found.rows[0].words
 
 
@@ -155,6 +155,12 @@ def test_vertices_that_follow_another_joint_of_the_same_name_are_told() -> None:
     changes = changes_between(asset_of(one), asset_of(other))
 
     assert counted(changes)["altered.skins"] >= 1
+
+
+def test_a_mesh_that_follows_another_joint_as_a_whole_is_told() -> None:
+    changes = changes_between(asset_of(bound(0)), asset_of(bound(1)))
+
+    assert counted(changes) == {"altered.skins": 2}
 
 
 def test_vertices_whose_weights_became_no_numbers_follow_no_joint() -> None:
