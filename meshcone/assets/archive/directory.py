@@ -13,6 +13,7 @@ import unicodedata
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
@@ -109,7 +110,7 @@ def read_directory(data: bytes, limits: Limits) -> Directory:
         limits.check("archive_ratio", -(-total // len(data)), "times its size, unpacked,")
     # Entries that share bytes multiply them without end.
     spans = sorted((entry.local, entry.start + entry.packed) for entry in entries)
-    for (_, one_end), (other_start, _) in zip(spans, [*spans[1:], (start, end)], strict=True):
+    for (_, one_end), (other_start, _) in pairwise([*spans, (start, end)]):
         if one_end > other_start:
             raise _damaged("two files share the same bytes", other_start)
     return Directory(entries, files, start, comment)

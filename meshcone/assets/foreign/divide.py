@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.foreign.places import uncommented
+from meshcone.assets.comments import uncommented
 from meshcone.surface.arrays import Bools, Floats, Ints, row_lengths
 from meshcone.surface.subdivision import DividedFaces, Subdivision
 

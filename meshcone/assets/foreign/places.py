@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.comments import uncommented
 from meshcone.assets.foreign.whole import Whole, misfit, rounded, whole_columns
 from meshcone.assets.number_style import NumberStyle, steps_of_floats
 
@@ -24,7 +25,6 @@ _WORDS = {b"facet": 5, b"outer": 2, b"vertex": 4, b"endloop": 1, b"endfacet": 1}
 _MOST_WORDS = 5
 _FACET = re.compile(rb"\s(facet\s+normal\s+[-+.\d])", re.I)
 _KEYWORD = re.compile(rb"\s((?:facet|outer|vertex|endloop|endfacet|endsolid)(?!\S))", re.I)
-_COMMENT = re.compile(rb"(?<!1\.)#.*|(?<=1\.)#(?!IND|INF|QNAN|SNAN).*", re.I | re.DOTALL)
 
 Columns = tuple[int, int, int]
 Kinds = tuple[np.dtype[Any], np.dtype[Any], np.dtype[Any]]
@@ -257,11 +257,6 @@ class Places:
     positions: Vectors
     normals: Vectors | None = None
     by_facet: bool = False
-
-
-def uncommented(line: bytes) -> bytes:
-    """A line up to its comment."""
-    return _COMMENT.sub(b"", line) if b"#" in line else line
 
 
 def statements(line: bytes) -> Spans:

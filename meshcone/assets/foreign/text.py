@@ -9,15 +9,13 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from meshcone.assets.foreign.places import uncommented
+from meshcone.assets.comments import NO_NUMBER, uncommented
 from meshcone.assets.foreign.polygons import check_positions
 from meshcone.assets.limits import Limits
 from meshcone.errors import InputError
 
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d{1,18}")
-# What Microsoft's C library printed for what is no number.
-_NO_NUMBER = re.compile(rb"[+-]?1\.#(?:IND|INF|QNAN|SNAN)\d*", re.I)
 
 _BLOCK_BYTES = 1024 * 1024
 
@@ -146,7 +144,7 @@ def decimal(word: bytes, line: int) -> float:
         InputError: the word is none.
     """
     if _NUMBER.fullmatch(word) is None:
-        expected = "a finite number" if _NO_NUMBER.fullmatch(word) else "a number"
+        expected = "a finite number" if NO_NUMBER.fullmatch(word) else "a number"
         raise InputError(f"expected {expected}, found '{shown(word)}'", place=f"line {line}")
     return float(word)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -19,6 +20,7 @@ from meshcone.assets.pointers import refuse_pointer
 from meshcone.relative_names import from_uri, sent_as, sent_beyond
 
 _CHUNK_ALIGNMENT = 4  # of the BIN chunk, which zeros fill up
+_BASE64 = re.compile(r"; *base64$", re.I)
 _BUFFER_TYPE = "data:application/octet-stream;base64,"
 
 
@@ -172,20 +174,28 @@ def encode_data_uri(data: bytes, previous: str | None) -> str:
     """A base64 data URI, with the media type of the one it replaces if that had one."""
     head = _BUFFER_TYPE
     if previous is not None and previous[:5].lower() == "data:":
-        media_type = previous.partition(",")[0]
-        if media_type.lower().endswith(";base64"):
-            head = media_type + ","
+        before = previous.partition(",")[0]
+        if _BASE64.search(before):
+            head = before + ","
     return head + base64.b64encode(data).decode("ascii")
 
 
 def _decode_data_uri(uri: str, element: Element) -> bytes:
-    """Decode RFC 2397 data."""
+    """Decode RFC 2397 data.
+
+    Blanks and missing padding are forgiven, as browsers forgive them (the WHATWG's "forgiving
+    base64 decode" and "data: URL processor").
+    """
     head, comma, body = uri.partition(",")
     if not comma:
         raise element.error("uri", "the data URI has no comma")
-    if not head.lower().endswith(";base64"):
+    if not _BASE64.search(head):
+        if "base64" in head.lower():
+            words = f"expected ';base64' at the end of '{head[:80]}', or no such word"
+            raise element.error("uri", words)
         return unquote_to_bytes(body)
+    text = "".join(unquote(body).split())
     try:
-        return base64.b64decode(unquote(body), validate=True)
+        return base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
     except (binascii.Error, ValueError):
         raise element.error("uri", "the data URI is not valid base64") from None

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from meshcone.assets.comments import uncommented
 from meshcone.assets.content import Image, Material, TextureUse
 from meshcone.assets.content.faults import Faults
 from meshcone.assets.content.records import Wrap
@@ -140,7 +141,7 @@ class LibraryReader:
                 draft = _Draft(rest.strip().decode("utf-8", "replace"))
             elif draft is not None:
                 # Names keep their number signs, as those in the OBJ do.
-                said = rest if key in _SLOTS else rest.partition(b"#")[0]
+                said = rest if key in _SLOTS else uncommented(rest)
                 self._take(draft, key, said.split(), f"{library}, statement {number}")
         if draft is not None:
             yield draft.finished()

@@ -16,8 +16,6 @@ _BLOCK = 65_536
 _BLOCK_BYTES = 8 * 1024 * 1024
 _COLORED = 7  # words of a v statement with a colour, the keyword among them
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-# What Microsoft's C library printed for what is no number.
-_NO_NUMBER = re.compile(rb"\W*v(?:\s+[^\s#]+){0,2}\s+([+-]?1\.#(?:IND|INF|QNAN|SNAN)\d*)", re.I)
 
 
 def blocks(rows: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
@@ -125,10 +123,6 @@ def _convert(words: list[bytes] | None, count: int, wanted: range) -> NDArray[np
 
 def _explain_position(lines: ObjLines, row: int) -> tuple[float, float, float]:
     words = lines.leading_words(row, 4)[1:]
-    if found := _NO_NUMBER.match(lines.raw(row)):  # its # would pass for a comment
-        raise InputError(
-            f"expected a finite number, found '{shown(found[1])}'", place=lines.place(row)
-        )
     if len(words) < 3:
         raise InputError(
             f"a vertex needs 3 coordinates, found {len(words)}", place=lines.place(row)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshcone.assets.comments import uncommented
 from meshcone.text import BYTE_ORDER_MARK
 
 _PADDING = 16  # lets every statement be compared with any keyword
@@ -71,7 +72,7 @@ class ObjLines:
     def statement(self, row: int) -> bytes:
         """A statement without its comment."""
         line = self.text[self.bounds[row] : self.bounds[row + 1]]
-        return line.partition(b"#")[0] if b"#" in line else line
+        return uncommented(line)
 
     def leading_words(self, row: int, count: int) -> list[bytes]:
         """A statement's keyword and first arguments, at most ``count`` words in all."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,9 @@ from meshcone.errors import InputError
 
 _WITH_NORMALS = 6
 _COMMENTS = (b"#", b"//")
+# A comma between characters, and blanks or a semicolon between words without one.
+_WITHIN = re.compile(rb"[^\s,;],[^\s,;]")
+_BESIDE_COMMAS = re.compile(rb"[^\s,;](?:\s+|\s*;\s*)[^\s,;]")
 _UNIT = 1e-2  # how far from 1 the lengths of normals may be; colours are far from it
 
 
@@ -36,6 +41,7 @@ def read_xyz(data: bytes, limits: Limits) -> tuple[NDArray[np.float64], NDArray[
     limits.check("vertices", len(numbered), "points")
     if not numbered:
         raise InputError("the file holds no points")
+    _require_points(numbered)
     columns = len(_words(numbered[0][1]))
     if columns == 1 and len(numbered) > 1:  # how many points follow
         del numbered[0]
@@ -67,6 +73,16 @@ def _values(numbered: list[tuple[int, bytes]], columns: int) -> NDArray[np.float
     if any(b"_" in line for _, line in numbered):  # which Python reads as a separator of digits
         _require_numbers(numbered)
     return values.reshape(-1, columns)
+
+
+def _require_points(numbered: list[tuple[int, bytes]]) -> None:
+    for number, line in numbered:
+        if b"," in line and _WITHIN.search(line) and _BESIDE_COMMAS.search(line):
+            raise InputError(
+                "commas stand within words and other separators between them: decimal commas? "
+                "Write points, or separate by commas alone",
+                place=f"line {number}",
+            )
 
 
 def _words(line: bytes) -> list[bytes]:

@@ -346,3 +346,7 @@ def test_bytes_changed_at_random_are_refused_in_words_or_read(new: bytes, place:
         return
     assert len(asset.faces) > 0
     asset.patched(asset.vertices + 1)
+
+
+def test_an_archive_without_files_is_refused_in_words() -> None:
+    assert "mesh" in str(refused(packed({})))

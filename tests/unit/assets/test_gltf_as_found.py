@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from typing import Any
 
@@ -259,3 +260,36 @@ def test_the_version_may_be_a_number() -> None:
     gltf.json["asset"]["version"] = 2
 
     assert read(gltf).counts().faces == 12
+
+
+def data_uri(head: str, body: str) -> bytes:
+    """A cube whose buffer is a data URI with this head; the body is given its base64."""
+    plain = json.loads(cube_gltf().embedded())
+    [buffer] = plain["buffers"]
+    coded = buffer["uri"].partition(",")[2]
+    buffer["uri"] = f"data:{head},{body.format(coded, coded.rstrip('='))}"
+    return json.dumps(plain).encode()
+
+
+@pytest.mark.parametrize(
+    ("head", "body"),
+    [
+        ("model/x; base64", "{0}"),
+        ("model/x;BASE64", "{0}"),
+        ("model/x;base64", " {0}\n"),
+        ("model/x;base64", "%20{0}"),
+        (";base64", "{1}"),
+    ],
+)
+def test_a_data_uri_is_read_as_browsers_read_it(head: str, body: str) -> None:
+    expected = read_asset("a.gltf", cube_gltf().embedded())
+
+    asset = read_asset("a.gltf", data_uri(head, body))
+
+    np.testing.assert_array_equal(asset.vertices, expected.vertices)
+
+
+@pytest.mark.parametrize("head", ["model/x;base64 ", "base64"])
+def test_a_data_uri_that_says_base64_elsewhere_is_refused(head: str) -> None:
+    with pytest.raises(InputError, match="base64"):
+        read_asset("a.gltf", data_uri(head, "{0}"))

@@ -91,6 +91,8 @@ def test_numbers_of_an_xyz_may_have_any_length() -> None:
         (b"0 0\n1 0\n", "line 1: expected 3 or more numbers, found 2"),
         (b"0 0 0\n\n1 x 0\n", "line 3: expected a number, found 'x'"),
         (b"0 0 0\n1 0 0\n0 1_0 0\n0 0 1\n", "line 3: expected a number, found '1_0'"),
+        (b"0,5 1,5 2,5\n", "line 1: .*decimal commas"),
+        (b"0.5;1.5;2.5\n0,5;1,5;2,5\n", "line 2: .*decimal commas"),
         (b"0 0 0\n1 nan 0\n", "no faces, and 1 distinct points"),
         (b"# nothing\n", "the file holds no points"),
         (b"0 0 0\n1 0 0\n1 0 0\n0 1 0\n", "no faces, and 3 distinct points"),
