@@ -130,7 +130,7 @@ def _require_room(context: ContextDependency, sender: Sender) -> None:
     # While the broker is away a form is still told what is wrong with it.
     with suppress(RedisError):
         capacity = context.settings.queue_capacity
-        if not context.ledger.has_room(capacity, sender.project, sender.owner):
+        if not context.ledger.index.has_room(capacity, sender.project, sender.owner):
             raise queue_full()
 
 

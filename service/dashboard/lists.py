@@ -11,7 +11,8 @@ from fastapi.concurrency import run_in_threadpool
 from redis.exceptions import RedisError
 
 from service.dashboard.rows import Row, Rows
-from worker.jobs.index import JobFilter, Order
+from worker.jobs.filters import JobFilter
+from worker.jobs.index import Order
 
 SHOWN = 50  # rows, the newest
 INTERVAL = 1.0  # seconds between looks

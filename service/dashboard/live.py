@@ -26,7 +26,8 @@ from service.api.sender import SenderDependency
 from service.api.streams import events_response
 from service.dashboard.lists import SHOWN, LiveLists, Snapshot, UnavailableError
 from service.dashboard.rows import Row, Rows
-from worker.jobs.index import JobFilter, Order
+from worker.jobs.filters import JobFilter
+from worker.jobs.index import Order
 from worker.jobs.records import JobState, Verdict
 
 router = HeadRouter(include_in_schema=False)

@@ -14,7 +14,8 @@ from typing import Any
 from service.api.batch_schemas import Batch
 from service.api.schemas import ListedJob
 from worker.jobs.batches import BatchCounts, Batches, BatchRecord
-from worker.jobs.index import JobFilter, JobIndex, JobPage, Order
+from worker.jobs.filters import JobFilter
+from worker.jobs.index import JobIndex, JobPage, Order
 
 _BATCHES_AT_ONCE = 50
 _LOOKED_AT = 200  # batches of a page: bounds the work of a filter that few of them pass

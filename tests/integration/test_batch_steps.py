@@ -16,18 +16,17 @@ from redis import Redis
 
 from tests.integration.jobs import make_job
 from worker.broker.embedded import EmbeddedBroker
-from worker.jobs.batches import (
-    STAGED_SECONDS,
-    Batches,
-    BatchRecord,
+from worker.jobs.batches import STAGED_SECONDS, Batches, BatchRecord, carry_through
+from worker.jobs.errors import (
+    KeyReusedError,
+    QueueFullError,
     StagedJobsLostError,
     UnknownBatchError,
-    carry_through,
 )
+from worker.jobs.filters import JobFilter
 from worker.jobs.idempotency import BoundKey
 from worker.jobs.identifiers import ids_in_order, new_job_id
-from worker.jobs.index import JobFilter
-from worker.jobs.ledger import KeyReusedError, Ledger, QueueFullError
+from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 
 PAIRS = 250  # more than two steps' worth
@@ -109,8 +108,8 @@ def test_jobs_of_an_accepted_batch_take_room_before_they_are_entered(
 ) -> None:
     accepted(batches, 3)
 
-    assert ledger.has_room(4, "default", None)
-    assert not ledger.has_room(3, "default", None)
+    assert ledger.index.has_room(4, "default", None)
+    assert not ledger.index.has_room(3, "default", None)
     further = batch_of(2)
     staged(batches, further)
     with pytest.raises(QueueFullError):
@@ -122,7 +121,7 @@ def test_a_batch_that_is_being_entered_keeps_out_no_other_project(
 ) -> None:
     accepted(batches, 3)
 
-    assert ledger.has_room(3, "other", None)
+    assert ledger.index.has_room(3, "other", None)
 
 
 def test_a_commit_that_comes_too_late_is_refused(batches: Batches, redis: Redis) -> None:
@@ -251,7 +250,7 @@ def test_a_batch_that_is_canceled_while_it_is_entered_has_no_job_that_goes_on(
 
     assert batches.request_cancel(batch.id)
     carry_through(batch.id, batches, queue)
-    assert ledger.is_cancel_requested(running)
+    assert ledger.get(running).cancel_requested
     assert batches.get(batch.id).finished is None  # one runs until its worker has noticed
     ledger.end_canceled(running, attempt)
 
@@ -275,7 +274,7 @@ def test_a_batch_that_is_canceled_asks_each_of_its_running_jobs_to_stop_once(
         carry_through(batch.id, batches, queue)
 
     for job_id in ids:
-        assert ledger.is_cancel_requested(job_id)
+        assert ledger.get(job_id).cancel_requested
         events = [entry["event"] for _, entry in redis.xrange(f"meshcone:job:{job_id}:events")]
         assert events.count("cancel") == 1
 
@@ -336,7 +335,7 @@ def test_a_job_that_an_older_worker_has_moved_is_found_in_its_batch(
     redis.zrem("meshcone:since:queued", job_id)
     redis.zadd("meshcone:since:canceled", {job_id: 1.0})
 
-    ledger.place_by_project(10)
+    ledger.index.place_by_project(10)
     batches.carry_on(batch.id)
 
     assert batches.counts(batch).states["canceled"] == 1

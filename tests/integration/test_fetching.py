@@ -21,9 +21,10 @@ from tests.integration.transferring import transferring
 from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.errors import TransitionRefusedError
 from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
-from worker.jobs.ledger import Ledger, TransitionRefusedError
+from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
 from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobProgress, JobRecord, RemoteFile, StoredFile

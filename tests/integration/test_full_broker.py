@@ -19,9 +19,10 @@ from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
 from worker.broker.patience import patiently
 from worker.jobs.batches import Batches, BatchRecord, carry_through
+from worker.jobs.errors import UnknownJobError
 from worker.jobs.heartbeats import Heartbeats, Ownership
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import Ledger, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobError
 from worker.run.progress import ProgressReporter

@@ -12,9 +12,10 @@ from redis import Redis
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
-from worker.jobs.batches import Batches, BatchRecord, UnknownBatchError
+from worker.jobs.batches import Batches, BatchRecord
+from worker.jobs.errors import UnknownBatchError, UnknownJobError
 from worker.jobs.identifiers import earliest_id
-from worker.jobs.ledger import Ledger, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.jobs.records import JobRecord
 from worker.settings import WorkerSettings

@@ -13,9 +13,10 @@ from tests.integration.jobs import make_job
 from tests.integration.waiting import PATIENCE
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.errors import KeyReusedError, QueueFullError, UnknownJobError
 from worker.jobs.idempotency import CLAIM_SECONDS, BoundKey, KeyClaims, KeyInUseError, key_place
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import KeyReusedError, Ledger, QueueFullError, UnknownJobError
+from worker.jobs.ledger import Ledger
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from typing import cast
 import pytest
 
 from tests.integration.jobs import make_job
+from worker.jobs.filters import JobFilter
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.index import JobFilter
 from worker.jobs.ledger import Ledger
 from worker.jobs.records import JobError, JobRecord, StoredFile, Verdict
 

@@ -3,9 +3,10 @@ from __future__ import annotations
 import pytest
 
 from tests.integration.jobs import make_job
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
+from worker.jobs.filters import JobFilter
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.index import JobFilter
-from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord
 
 MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)

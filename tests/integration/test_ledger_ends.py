@@ -8,8 +8,9 @@ import pytest
 
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.errors import CancelRequestedError, TransitionRefusedError, UnknownJobError
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import CancelRequestedError, Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import Artifact, JobError, JobProgress, JobRecord, Output, RemoteFile
 
 MESH = Artifact(digest="a" * 64, media_type="model/obj", filename="mug.refined.obj", size=3)
@@ -91,7 +92,7 @@ def test_a_running_job_is_asked_to_stop_and_hears_it_when_it_reports(
 
     assert ledger.cancel(queued) == "running"
 
-    assert ledger.is_cancel_requested(queued)
+    assert ledger.get(queued).cancel_requested
     with pytest.raises(CancelRequestedError):
         ledger.report_progress(queued, attempt, HALFWAY)
     ledger.end_canceled(queued, attempt)

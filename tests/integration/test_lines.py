@@ -13,10 +13,11 @@ from rq.serializers import JSONSerializer
 from tests.integration.jobs import make_job
 from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.errors import QueueFullError
 from worker.jobs.fetch_accounts import FetchAccounts
 from worker.jobs.heartbeats import Heartbeats
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import Ledger, QueueFullError
+from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import FETCHES
 from worker.jobs.lines import WINDOW
 from worker.jobs.project_scripts import PROJECT
@@ -281,7 +282,7 @@ class TestRoom:
 
     def test_one_sender_fills_the_queue(self, ledger: Ledger) -> None:
         assert self.fill(ledger, owner="ann") == self.CAPACITY
-        assert not ledger.has_room(self.CAPACITY, "default", "ann")
+        assert not ledger.index.has_room(self.CAPACITY, "default", "ann")
 
     def test_another_project_has_its_share_all_the_same(self, ledger: Ledger) -> None:
         self.fill(ledger, owner="ann", project="lamps")
@@ -302,7 +303,7 @@ class TestRoom:
         remote = RemoteFile(name="mug.obj", url="https://assets.example.org/mug.obj")
         self.fill(ledger, owner="ann", source=remote)
 
-        assert ledger.has_room(self.CAPACITY, "default", "bob")
+        assert ledger.index.has_room(self.CAPACITY, "default", "bob")
 
     def test_room_that_is_left_comes_back(self, ledger: Ledger) -> None:
         record = make_job().model_copy(update={"id": new_job_id(), "owner": "ann"})
@@ -317,13 +318,13 @@ class TestRoom:
         for _ in range(self.CAPACITY - 1):
             ledger.create(make_job())
 
-        assert ledger.has_room(self.CAPACITY, "default", None)
+        assert ledger.index.has_room(self.CAPACITY, "default", None)
 
     def test_several_jobs_need_room_for_all_of_them(self, ledger: Ledger) -> None:
         ledger.create(make_job())
 
-        assert ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY - 1)
-        assert not ledger.has_room(self.CAPACITY, "default", None, self.CAPACITY)
+        assert ledger.index.has_room(self.CAPACITY, "default", None, self.CAPACITY - 1)
+        assert not ledger.index.has_room(self.CAPACITY, "default", None, self.CAPACITY)
 
 
 def test_of_what_is_due_no_project_takes_all_places(

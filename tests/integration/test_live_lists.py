@@ -27,7 +27,7 @@ from tests.integration.waiting import wait_for
 from worker.broker.connections import connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.batches import Batches
-from worker.jobs.index import EVERYTHING, JobFilter
+from worker.jobs.filters import EVERYTHING, JobFilter
 from worker.jobs.ledger import Ledger
 from worker.settings import WorkerSettings
 

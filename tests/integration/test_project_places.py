@@ -13,8 +13,8 @@ from meshcone.files import MeshFile
 from service.access.keys import ApiKey, KeyStore
 from tests.integration.jobs import stored_job
 from worker.broker.embedded import EmbeddedBroker
+from worker.jobs.filters import JobFilter
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.index import JobFilter
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import job_keys
 from worker.jobs.records import JobRecord, Verdict
@@ -63,7 +63,7 @@ def test_a_look_at_all_jobs_puts_them_into_the_default_project(
 ) -> None:
     assert listed(ledger, project=DEFAULT) == []
 
-    while ledger.place_by_project(1):
+    while ledger.index.place_by_project(1):
         pass
 
     for wanted in ({}, {"labels": frozenset({"night"})}, {"state": "queued"}):
@@ -81,7 +81,7 @@ def test_one_that_has_succeeded_is_found_there_by_what_its_gates_say(
     ledger.succeed(older.id, ledger.begin(older.id), {}, verdict=verdict)
     without_projects(redis, older.id)
 
-    ledger.place_by_project(10)
+    ledger.index.place_by_project(10)
 
     assert listed(ledger, project=DEFAULT, state="succeeded") == [older.id]
     expected = [] if verdict is None else [older.id]
@@ -101,7 +101,7 @@ def test_its_files_go_with_it_however_often_it_is_looked_at(
     ledger: Ledger, register: BlobRegister, older: JobRecord
 ) -> None:
     for _ in range(3):
-        ledger.place_by_project(10)
+        ledger.index.place_by_project(10)
     ledger.cancel(older.id)
     ledger.delete(older.id)
 
@@ -112,13 +112,13 @@ def test_its_files_go_with_it_however_often_it_is_looked_at(
 def test_a_job_that_an_older_worker_has_moved_is_found_where_it_is_now(
     redis: Redis, ledger: Ledger, older: JobRecord
 ) -> None:
-    ledger.place_by_project(10)
+    ledger.index.place_by_project(10)
     # As a version without projects moves it.
     redis.hset(job_keys(older.id)[0], "state", "canceled")
     redis.zrem("meshcone:since:queued", older.id)
     redis.zadd("meshcone:since:canceled", {older.id: 1.0})
 
-    ledger.place_by_project(10)
+    ledger.index.place_by_project(10)
 
     assert listed(ledger, project=DEFAULT, state="canceled") == [older.id]
     assert (ledger.index.count("queued", DEFAULT), ledger.index.count("canceled", DEFAULT)) == (
@@ -130,9 +130,9 @@ def test_a_job_that_an_older_worker_has_moved_is_found_where_it_is_now(
 def test_its_owner_is_told_before_anything_is_put_anywhere(
     ledger: Ledger, older: JobRecord
 ) -> None:
-    assert ledger.project_of(older.id) == DEFAULT
+    assert ledger.index.project_of(older.id) == DEFAULT
     assert ledger.get(older.id).project == DEFAULT
-    assert ledger.project_of(new_job_id()) is None
+    assert ledger.index.project_of(new_job_id()) is None
 
 
 def test_what_a_project_has_uploaded_is_its_own_for_as_long_as_it_is_kept(

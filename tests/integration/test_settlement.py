@@ -8,7 +8,8 @@ import signal
 import pytest
 
 from tests.integration.jobs import make_job
-from worker.jobs.ledger import Ledger, TransitionRefusedError
+from worker.jobs.errors import TransitionRefusedError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import JobRecord
 from worker.run.attendance import Cause, Ending
 from worker.run.horse import Death

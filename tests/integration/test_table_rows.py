@@ -12,8 +12,8 @@ from service.dashboard.rows import Rows
 from tests.integration.jobs import make_job
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.batches import Batches, BatchRecord
+from worker.jobs.filters import EVERYTHING, JobFilter
 from worker.jobs.identifiers import ids_in_order, new_job_id
-from worker.jobs.index import EVERYTHING, JobFilter
 from worker.jobs.ledger import Ledger
 
 
@@ -115,7 +115,7 @@ def test_jobs_of_a_version_without_this_table_are_put_into_it(
     assert walked(table, 50) == [batch]
 
     for _ in range(3):
-        ledger.place_by_project(2)
+        ledger.index.place_by_project(2)
 
     assert walked(table, 50) == sorted([alone, batch], reverse=True)
 

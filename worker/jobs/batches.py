@@ -25,8 +25,13 @@ from redis.exceptions import OutOfMemoryError
 from worker.jobs import batch_scripts as scripts
 from worker.jobs import step_scripts as steps
 from worker.jobs.durability import DurableWrites
+from worker.jobs.errors import (
+    KeyReusedError,
+    QueueFullError,
+    StagedJobsLostError,
+    UnknownBatchError,
+)
 from worker.jobs.identifiers import DEFAULT_PROJECT, earliest_id
-from worker.jobs.ledger import KeyReusedError, QueueFullError
 from worker.jobs.ledger_keys import (
     BATCHES,
     OPEN_BATCHES,
@@ -51,14 +56,6 @@ _AT_ONCE = 100  # jobs a step; the broker does nothing else meanwhile, for some 
 _STATES: tuple[JobState, ...] = get_args(JobState)
 _VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 _PLAIN = frozenset({"finished", "dropped"})  # fields the scripts write themselves
-
-
-class UnknownBatchError(LookupError):
-    """There is no batch of that id."""
-
-
-class StagedJobsLostError(Exception):
-    """What was staged has run out: the batch took too long to come."""
 
 
 class BatchRecord(BaseModel):
@@ -160,7 +157,7 @@ class Batches:
 
         Args:
             record: the batch.
-            capacity: how many jobs may be queued, as :meth:`Ledger.has_room` takes it.
+            capacity: how many jobs may be queued, as :meth:`JobIndex.has_room` takes it.
             key: what the sender calls the request, so that repeating it makes one batch. The
                 id is then that of the batch it made first.
 

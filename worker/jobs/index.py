@@ -1,17 +1,20 @@
-"""Finding and counting jobs, without changing any."""
+"""Finding and counting jobs, without changing any; and keeping the places where they are found."""
 
 from __future__ import annotations
 
+import json
 import logging
-import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from pydantic import ValidationError
 
+from worker.jobs.filters import EVERYTHING, JobFilter
+from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.ledger_keys import (
     FETCHES,
+    PLACED,
     PROJECTS,
     all_jobs,
     counters,
@@ -19,6 +22,8 @@ from worker.jobs.ledger_keys import (
     job_keys,
     since,
 )
+from worker.jobs.lines import HAS_ROOM
+from worker.jobs.project_scripts import PLACE
 from worker.jobs.records import AttemptRecord, JobRecord, JobState, Verdict
 
 if TYPE_CHECKING:
@@ -49,84 +54,6 @@ class JobPage:
     cursor: str | None
 
 
-@dataclass(frozen=True)
-class JobFilter:
-    """Which jobs are meant: those that have all of what is given.
-
-    Attributes:
-        project: whose jobs; None for those of all projects.
-        name: part of the name of a file that was sent, or of a label, in any case.
-        batch: of which batch; None for those of any and of none.
-        alone: those alone that belong to no batch.
-        untroubled: those alone that neither failed nor have a verdict ``fail`` or ``not_tested``.
-    """
-
-    state: JobState | None = None
-    verdict: Verdict | None = None
-    labels: frozenset[str] = frozenset()
-    name: str = ""
-    project: str | None = None
-    untroubled: bool = False
-    batch: str | None = None
-    alone: bool = False
-
-    def index(self) -> str:
-        """The smallest index certain to hold all of them."""
-        place = (self.project, self.batch)
-        if self.labels:
-            return index_of("label", min(self.labels), *place, alone=self.alone)
-        if self.verdict is not None:
-            return index_of("verdict", self.verdict, *place, alone=self.alone)
-        if self.state is not None:
-            return index_of("state", self.state, *place, alone=self.alone)
-        return all_jobs(*place, alone=self.alone)
-
-    def admits(self, record: JobRecord) -> bool:
-        """Whether a job is meant."""
-        return (
-            self.project in (None, record.project)
-            and self.batch in (None, record.batch)
-            and not (self.alone and record.batch is not None)
-            and self.state in (None, record.state)
-            and self.verdict in (None, record.verdict)
-            and self.labels.issubset(record.labels)
-            and not (self.untroubled and _is_troubled(record))
-            and self._is_named(record)
-        )
-
-    def troubles_first(self) -> Iterator[tuple[int, JobFilter]]:
-        """This filter in parts by rank: failed gates, failures, what was not tested, the rest.
-
-        A part that no job can be in is left out.
-        """
-        decided = self.state in (None, "succeeded")
-        if decided and self.verdict in (None, "fail"):
-            yield 0, replace(self, verdict="fail")
-        if self.state in (None, "failed") and self.verdict is None:
-            yield 1, replace(self, state="failed")
-        if decided and self.verdict in (None, "not_tested"):
-            yield 2, replace(self, verdict="not_tested")
-        if self.state != "failed" and self.verdict in (None, "pass"):
-            yield 3, replace(self, untroubled=True)
-
-    def _is_named(self, record: JobRecord) -> bool:
-        part = _spelt_alike(self.name)
-        names = [*record.labels, *(file.name for file in record.files)]
-        return not part or any(part in _spelt_alike(name) for name in names)
-
-
-def _spelt_alike(name: str) -> str:
-    """The name in one spelling: a letter with an accent is one character or two, by machine."""
-    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
-
-
-def _is_troubled(record: JobRecord) -> bool:
-    return record.state == "failed" or record.verdict in ("fail", "not_tested")
-
-
-EVERYTHING = JobFilter()
-
-
 class JobIndex:
     """The jobs of a ledger, by time, state, label and verdict.
 
@@ -136,6 +63,8 @@ class JobIndex:
 
     def __init__(self, client: Redis) -> None:
         self._client = client
+        self._has_room = client.register_script(HAS_ROOM)
+        self._place = client.register_script(PLACE)
 
     def page(
         self, limit: int, *, cursor: str | None = None, wanted: JobFilter = EVERYTHING
@@ -292,6 +221,34 @@ class JobIndex:
         """
         found = self._client.hgetall(counters(project))
         return {str(name): float(value) for name, value in found.items()}
+
+    def has_room(self, capacity: int, project: str, owner: str | None, jobs: int = 1) -> bool:
+        """Whether so many more jobs of a sender may be queued.
+
+        Where more than ``capacity`` would be, those are let in whose project has no more than its
+        share of it queued: an equal part for each project that has queued jobs. In the same way
+        a project's share is divided between its keys.
+        """
+        return bool(self._has_room([], [capacity, project, owner or "", jobs]))
+
+    def project_of(self, job_id: str) -> str | None:
+        """Whose a job is; None if there is none of that id, which takes as long to tell."""
+        state, project = self._client.hmget(job_keys(job_id)[0], "state", "project")
+        if state is None:
+            return None
+        return DEFAULT_PROJECT if project is None else str(json.loads(project))
+
+    def place_by_project(self, jobs: int) -> bool:
+        """See to it that the next jobs are found in their project, in turn. Repeatable.
+
+        Jobs of versions without projects are put into the default one; jobs that such a
+        version has moved are put where they are now. Those that belong to no batch are put among
+        their like.
+
+        Returns:
+            Whether there was one of the former: more may follow.
+        """
+        return bool(self._place([PLACED], [jobs]))
 
     def _time(self) -> float:
         seconds, microseconds = self._client.time()

@@ -27,12 +27,16 @@ from meshcone.options import OPTIONS_VERSION
 from worker.jobs import ledger_scripts as scripts
 from worker.jobs import step_scripts as steps
 from worker.jobs.durability import DurableWrites
+from worker.jobs.errors import (
+    CancelRequestedError,
+    KeyReusedError,
+    QueueFullError,
+    UnknownJobError,
+    accept,
+)
 from worker.jobs.idempotency import BoundKey
-from worker.jobs.identifiers import DEFAULT_PROJECT
 from worker.jobs.index import JobIndex
-from worker.jobs.ledger_keys import PLACED, job_keys
-from worker.jobs.lines import HAS_ROOM
-from worker.jobs.project_scripts import PLACE
+from worker.jobs.ledger_keys import job_keys
 from worker.jobs.records import (
     FILE_FIELDS,
     Artifact,
@@ -48,43 +52,6 @@ from worker.jobs.summaries import JobSummary
 if TYPE_CHECKING:
     from redis import Redis
     from redis.commands.core import Script
-
-
-class UnknownJobError(LookupError):
-    """The ledger has no job of that id."""
-
-
-class TransitionRefusedError(Exception):
-    """The job is not in the state, or not at the attempt, that the step starts from."""
-
-    def __init__(self, job_id: str, state: str, attempt: int) -> None:
-        super().__init__(f"job {job_id} is {state} at attempt {attempt}")
-        self.state = state
-        self.attempt = attempt
-
-
-class CancelRequestedError(Exception):
-    """Somebody has asked for the job to be canceled; its attempt is to stop."""
-
-
-class TooNewError(Exception):
-    """The job's options are newer than the worker that would begin it.
-
-    Attributes:
-        first: whether no worker has found so before.
-    """
-
-    def __init__(self, job_id: str, first: bool) -> None:
-        super().__init__(f"job {job_id} has options newer than this worker")
-        self.first = first
-
-
-class QueueFullError(Exception):
-    """As many jobs are queued as this installation lets wait."""
-
-
-class KeyReusedError(Exception):
-    """The request's key belongs to a job that was sent with something else."""
 
 
 class Ledger:
@@ -106,8 +73,6 @@ class Ledger:
         self._cancel = client.register_script(scripts.CANCEL)
         self._expire = client.register_script(scripts.EXPIRE)
         self._delete = client.register_script(scripts.DELETE)
-        self._has_room = client.register_script(HAS_ROOM)
-        self._place = client.register_script(PLACE)
 
     def create(
         self, record: JobRecord, *, capacity: int | None = None, key: BoundKey | None = None
@@ -116,8 +81,8 @@ class Ledger:
 
         Args:
             record: the job.
-            capacity: how many jobs may be queued, as :meth:`has_room` takes it; None for any
-                number.
+            capacity: how many jobs may be queued, as :meth:`JobIndex.has_room` takes it; None
+                for any number.
             key: what the sender calls the request, so that repeating it makes one job. The
                 id is then that of the job it made first.
 
@@ -141,17 +106,8 @@ class Ledger:
             raise KeyReusedError(found)
         if answer == steps.FULL:
             raise QueueFullError
-        _accept(record.id, answer, found, attempt)
+        accept(record.id, answer, found, attempt)
         return record.id
-
-    def has_room(self, capacity: int, project: str, owner: str | None, jobs: int = 1) -> bool:
-        """Whether so many more jobs of a sender may be queued.
-
-        Where more than ``capacity`` would be, those are let in whose project has no more than its
-        share of it queued: an equal part for each project that has queued jobs. In the same way
-        a project's share is divided between its keys.
-        """
-        return bool(self._has_room([], [capacity, project, owner or "", jobs]))
 
     def get(self, job_id: str) -> JobRecord:
         """One job.
@@ -163,25 +119,6 @@ class Ledger:
         if not fields:
             raise UnknownJobError(job_id)
         return JobRecord.decoded({str(name): str(value) for name, value in fields.items()})
-
-    def project_of(self, job_id: str) -> str | None:
-        """Whose a job is; None if there is none of that id, which takes as long to tell."""
-        state, project = self._client.hmget(job_keys(job_id)[0], "state", "project")
-        if state is None:
-            return None
-        return DEFAULT_PROJECT if project is None else str(json.loads(project))
-
-    def place_by_project(self, jobs: int) -> bool:
-        """See to it that the next jobs are found in their project, in turn. Repeatable.
-
-        Jobs of versions without projects are put into the default one; jobs that such a
-        version has moved are put where they are now. Those that belong to no batch are put among
-        their like.
-
-        Returns:
-            Whether there was one of the former: more may follow.
-        """
-        return bool(self._place([PLACED], [jobs]))
 
     def begin(self, job_id: str, knows: int = OPTIONS_VERSION) -> int:
         """Start the next attempt of a queued job and return its number, counted from 1.
@@ -217,7 +154,7 @@ class Ledger:
             "fields": {name: json.dumps(value) for name, value in fields.items()},
             "digests": sorted({file.digest for file in record.stored_files}),
         }
-        _accept(record.id, *self._run(self._fetched, record.id, step))
+        accept(record.id, *self._run(self._fetched, record.id, step))
 
     def fail_incomplete(self, job_id: str, error: JobError) -> None:
         """End a job whose files cannot be had; refused as :meth:`complete` is."""
@@ -237,7 +174,7 @@ class Ledger:
         answer, state, found = self._run(self._progress, job_id, step)
         if answer == steps.CANCEL_REQUESTED:
             raise CancelRequestedError(job_id)
-        _accept(job_id, answer, state, found)
+        accept(job_id, answer, state, found)
 
     def succeed(
         self,
@@ -326,15 +263,11 @@ class Ledger:
             TransitionRefusedError: it has succeeded or failed.
         """
         step = {"id": job_id, "finished": json.dumps(_now())}
-        return _accept(job_id, *self._run(self._cancel, job_id, step))[0]
+        return accept(job_id, *self._run(self._cancel, job_id, step))[0]
 
     def end_canceled(self, job_id: str, attempt: int) -> None:
         """End an attempt that was asked to stop; refused as :meth:`report_progress` is."""
         self._step(job_id, "running", attempt, "canceled", {"finished": _now(), "progress": None})
-
-    def is_cancel_requested(self, job_id: str) -> bool:
-        """Whether the attempt of a job is asked to stop."""
-        return bool(self._client.hexists(job_keys(job_id)[0], "cancel_requested"))
 
     def note_output(self, job_id: str, name: str, output: Output) -> None:
         """Note what has become of a result that is to be put somewhere.
@@ -350,7 +283,7 @@ class Ledger:
         }
         if output.state != "waiting":
             step["outcome"] = output.state
-        _accept(job_id, *self._run(self._note_output, job_id, step))
+        accept(job_id, *self._run(self._note_output, job_id, step))
 
     def expire(self, job_id: str) -> None:
         """Let go of all files of a job that has ended; its record stays. Repeatable.
@@ -360,7 +293,7 @@ class Ledger:
             TransitionRefusedError: it has not ended.
         """
         step = {"id": job_id, "expired": json.dumps(_now())}
-        _accept(job_id, *self._run(self._expire, job_id, step))
+        accept(job_id, *self._run(self._expire, job_id, step))
 
     def delete(self, job_id: str) -> list[str]:
         """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is.
@@ -370,7 +303,7 @@ class Ledger:
         """
         step = json.dumps({"id": job_id})
         answer, state, attempt, doomed = self._delete([*job_keys(job_id)], [step])
-        _accept(job_id, answer, state, attempt)
+        accept(job_id, answer, state, attempt)
         return list(doomed)
 
     def _step(
@@ -395,7 +328,7 @@ class Ledger:
         }
         if attempt is not None:
             step["attempt"] = attempt
-        return _accept(job_id, *self._run(self._transition, job_id, step))
+        return accept(job_id, *self._run(self._transition, job_id, step))
 
     def _run(
         self, script: Script, job_id: str, step: Mapping[str, Any]
@@ -406,15 +339,3 @@ class Ledger:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat()
-
-
-def _accept(
-    job_id: str, answer: int, state: JobState | Literal[""], attempt: int
-) -> tuple[JobState, int]:
-    if state == "":
-        raise UnknownJobError(job_id)
-    if answer == steps.TOO_NEW:
-        raise TooNewError(job_id, first=bool(attempt))
-    if answer != steps.ACCEPTED:
-        raise TransitionRefusedError(job_id, state, attempt)
-    return state, attempt

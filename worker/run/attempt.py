@@ -18,8 +18,9 @@ from meshcone.settings import load_settings
 from meshcone.threads import use_one_thread
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.patience import patiently
+from worker.jobs.errors import TooNewError, TransitionRefusedError, UnknownJobError
 from worker.jobs.heartbeats import Heartbeats
-from worker.jobs.ledger import Ledger, TooNewError, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.queue import JobQueue
 from worker.run import tracing
 from worker.run.attendance import attend

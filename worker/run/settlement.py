@@ -14,7 +14,8 @@ from meshcone.errors import (
     OutOfMemoryError,
     SolveTimeoutError,
 )
-from worker.jobs.ledger import Ledger, TooNewError
+from worker.jobs.errors import TooNewError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import AttemptRecord, JobError, JobRecord, JobState
 from worker.run.attendance import Cause, Ending
 

@@ -29,12 +29,8 @@ from meshcone.verbs.measure import measurement
 from meshcone.verbs.within import refine_within
 from worker.broker.connections import connect_text
 from worker.broker.patience import patiently
-from worker.jobs.ledger import (
-    CancelRequestedError,
-    Ledger,
-    TransitionRefusedError,
-    UnknownJobError,
-)
+from worker.jobs.errors import CancelRequestedError, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import Artifact, JobError, JobFile, JobRecord, JobState, RemoteFile
 from worker.run.artifacts import ArtifactFile, JobFiles, of_audit, of_measurement, of_refinement
 from worker.run.progress import ProgressReporter
@@ -67,7 +63,8 @@ def run(job_id: str, attempt: int) -> int:
     try:
         record = patiently(partial(ledger.get, job_id))
         structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
-        results = _Results(job_id, BlobStore.open(settings, BlobRegister(client)))
+        blobs = BlobStore.open(settings, BlobRegister(client))
+        results = _Results(job_id, blobs)
         report = ProgressReporter(ledger, job_id, attempt)
         patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))
     except (TransitionRefusedError, UnknownJobError) as refusal:

@@ -19,7 +19,7 @@ from rq.exceptions import StopRequested
 from rq.worker import WorkerStatus
 
 from worker.broker.patience import OutageLog
-from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
 from worker.jobs.queue import job_of
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from redis.exceptions import RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from meshcone.errors import InternalError, MeshConeError
-from worker.jobs.ledger import Ledger, UnknownJobError
+from worker.jobs.errors import UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import DELIVERIES, DELIVERY_TRIES
 from worker.jobs.project_scripts import PROJECT
 from worker.outbound.due import Due, DueList, pause_before, work_through

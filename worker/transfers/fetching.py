@@ -14,7 +14,8 @@ import structlog
 from redis.exceptions import RedisError
 
 from meshcone.errors import InternalError, MeshConeError
-from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import FETCH_TRIES, FETCHES
 from worker.jobs.lines import TAKE_FETCHES
 from worker.jobs.records import JobError

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from redis.exceptions import OutOfMemoryError
 
-from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.records import FINAL_STATES
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ class Housekeeper:
     def _place(self) -> None:
         try:
             for _ in range(_LOOKS):
-                while self._ledger.place_by_project(_PLACED_AT_ONCE):
+                while self._ledger.index.place_by_project(_PLACED_AT_ONCE):
                     pass  # the first look after an upgrade goes through all jobs
         except OutOfMemoryError as error:  # it takes memory, of which what follows makes some free
             logger.warning("jobs are put in their places later: %s", error)

@@ -16,8 +16,9 @@ import logging
 from collections.abc import Hashable, Set
 from typing import Generic, TypeVar
 
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
 from worker.jobs.heartbeats import Heartbeats
-from worker.jobs.ledger import Ledger, TransitionRefusedError, UnknownJobError
+from worker.jobs.ledger import Ledger
 from worker.jobs.queue import Delivery, JobQueue
 from worker.jobs.records import JobState
 from worker.run.settlement import give_up_attempt, lost_worker

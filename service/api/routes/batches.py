@@ -25,10 +25,10 @@ from service.api.schemas import JobList, ListedJob
 from service.api.sender import ClaimDependency, SenderDependency
 from service.api.submission.batch import accept_batch, read_batch
 from service.problems import MEDIA_TYPE, ProblemError, problem
-from worker.jobs.batches import BatchCounts, BatchRecord, UnknownBatchError, carry_through
+from worker.jobs.batches import BatchCounts, BatchRecord, carry_through
+from worker.jobs.errors import TransitionRefusedError, UnknownBatchError, UnknownJobError
+from worker.jobs.filters import JobFilter
 from worker.jobs.identifiers import is_job_id
-from worker.jobs.index import JobFilter
-from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
 from worker.jobs.records import JobState, Verdict
 
 logger = structlog.get_logger(__name__)

@@ -16,9 +16,10 @@ from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Deletion, Job, JobList,
 from service.api.sender import SenderDependency
 from service.api.submission.parts import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem
+from worker.jobs.errors import TransitionRefusedError, UnknownJobError
+from worker.jobs.filters import JobFilter
 from worker.jobs.identifiers import is_job_id
-from worker.jobs.index import JobFilter, Order
-from worker.jobs.ledger import TransitionRefusedError, UnknownJobError
+from worker.jobs.index import Order
 from worker.jobs.records import JobRecord, JobState, Verdict
 
 router = ResourceRouter(prefix=JOBS_PATH, tags=["jobs"])
@@ -70,7 +71,7 @@ def find_job(job_id: str, context: ContextDependency, sender: SenderDependency) 
             same words after the same work.
     """
     if is_job_id(job_id):
-        project = context.ledger.project_of(job_id)
+        project = context.ledger.index.project_of(job_id)
         try:
             if project is not None and sender.view in (None, project):
                 return context.ledger.get(job_id)

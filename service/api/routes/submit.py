@@ -27,8 +27,8 @@ from service.api.submission.submission import (
 )
 from service.api.submission.uploads import read_form
 from service.problems import ProblemError, problem
+from worker.jobs.errors import UnknownJobError
 from worker.jobs.idempotency import Claim
-from worker.jobs.ledger import UnknownJobError
 from worker.jobs.records import JobRecord
 
 logger = structlog.get_logger(__name__)

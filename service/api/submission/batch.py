@@ -29,10 +29,15 @@ from service.api.submission.submission import (
 )
 from service.problems import ProblemError, problem, queue_full
 from service.settings import ServiceSettings
-from worker.jobs.batches import BatchRecord, StagedJobsLostError, UnknownBatchError
+from worker.jobs.batches import BatchRecord
+from worker.jobs.errors import (
+    KeyReusedError,
+    QueueFullError,
+    StagedJobsLostError,
+    UnknownBatchError,
+)
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import ids_in_order, new_job_id
-from worker.jobs.ledger import KeyReusedError, QueueFullError
 from worker.jobs.records import JobRecord, RemoteFile, StoredFile
 
 if TYPE_CHECKING:
@@ -99,7 +104,7 @@ def accept_batch(
         accounts=() if sender.key is None else context.quotas.places(sender.key),
     )
     require_signable(batch.webhook, sender, context)
-    if not context.ledger.has_room(
+    if not context.ledger.index.has_room(
         context.settings.queue_capacity, sender.project, sender.owner, batch.pairs
     ):
         raise queue_full()

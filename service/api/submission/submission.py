@@ -22,9 +22,9 @@ from service.api.context import Context
 from service.api.schemas import NamedBlob
 from service.api.submission.parts import AnyFile, SubmittedForm, Upload
 from service.problems import ProblemError, problem, queue_full
+from worker.jobs.errors import KeyReusedError, QueueFullError, UnknownJobError
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import new_job_id
-from worker.jobs.ledger import KeyReusedError, QueueFullError, UnknownJobError
 from worker.jobs.records import (
     JobFile,
     JobProgress,

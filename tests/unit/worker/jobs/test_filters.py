@@ -8,7 +8,7 @@ from typing import Literal
 
 import pytest
 
-from worker.jobs.index import JobFilter
+from worker.jobs.filters import JobFilter
 from worker.jobs.records import JobRecord, StoredFile
 
 Form = Literal["NFC", "NFD"]
