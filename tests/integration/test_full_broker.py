@@ -28,6 +28,7 @@ from worker.jobs.records import JobError
 from worker.run.progress import ProgressReporter
 from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
+from worker.storage.register import BlobRegister
 from worker.upkeep.housekeeping import Housekeeper
 from worker.upkeep.main import Turn
 
@@ -75,6 +76,23 @@ def test_a_running_job_gives_signs_of_life_and_ends(redis: Redis, ledger: Ledger
         ledger.fail(job_id, 1, JobError(kind="input", message="no mesh"))
 
     assert ledger.get(job_id).state == "failed"
+
+
+def test_a_running_job_leases_and_stores_its_results(redis: Redis, tmp_path: Path) -> None:
+    register = BlobRegister(redis, when_full=True)
+    blobs = BlobStore.open(WorkerSettings(data_dir=tmp_path), register)
+
+    with full(redis):
+        [digest] = blobs.put_all([b"result"], new_job_id())
+
+    assert blobs.get(digest) == b"result"
+
+
+def test_no_file_of_a_sender_comes_in(redis: Redis, tmp_path: Path) -> None:
+    blobs = BlobStore.open(WorkerSettings(data_dir=tmp_path), BlobRegister(redis))
+
+    with full(redis), pytest.raises(OutOfMemoryError):
+        blobs.put_all([b"upload"], new_job_id())
 
 
 def test_jobs_are_canceled_expired_and_deleted(redis: Redis, ledger: Ledger) -> None:

@@ -60,6 +60,8 @@ end
 """
 )
 
+LEASE_WHEN_FULL = WHEN_FULL + LEASE
+
 END_LEASES = (
     WHEN_FULL
     + NEED

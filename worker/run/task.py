@@ -63,7 +63,7 @@ def run(job_id: str, attempt: int) -> int:
     try:
         record = patiently(partial(ledger.get, job_id))
         structlog.contextvars.bind_contextvars(request_id=record.context.get("request_id"))
-        blobs = BlobStore.open(settings, BlobRegister(client))
+        blobs = BlobStore.open(settings, BlobRegister(client, when_full=True))
         results = _Results(job_id, blobs)
         report = ProgressReporter(ledger, job_id, attempt)
         patiently(_last_step(ledger, record, attempt, _Job(settings, record, results, report)))

@@ -45,11 +45,14 @@ class BlobRegister:
 
     Args:
         client: a connection whose replies are strings.
+        when_full: whether leases are taken at the broker's memory limit too. They are for
+            results: their job is begun, and with its end its memory can be freed.
     """
 
-    def __init__(self, client: Redis) -> None:
+    def __init__(self, client: Redis, *, when_full: bool = False) -> None:
         self._client = client
-        self._lease = client.register_script(blob_scripts.LEASE)
+        lease = blob_scripts.LEASE_WHEN_FULL if when_full else blob_scripts.LEASE
+        self._lease = client.register_script(lease)
         self._end_leases = client.register_script(blob_scripts.END_LEASES)
         self._take = client.register_script(blob_scripts.TAKE_DOOMED)
         self._names = client.register_script(blob_scripts.NAMES_OF)
