@@ -24,16 +24,10 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
 
 from meshcone.options import OPTIONS_VERSION
+from worker.jobs import errors
 from worker.jobs import ledger_scripts as scripts
 from worker.jobs import step_scripts as steps
 from worker.jobs.durability import DurableWrites
-from worker.jobs.errors import (
-    CancelRequestedError,
-    KeyReusedError,
-    QueueFullError,
-    UnknownJobError,
-    accept,
-)
 from worker.jobs.idempotency import BoundKey
 from worker.jobs.index import JobIndex
 from worker.jobs.ledger_keys import job_keys
@@ -103,10 +97,10 @@ class Ledger:
         if answer == steps.REPEATED:
             return str(found)
         if answer == steps.MISMATCHED:
-            raise KeyReusedError(found)
+            raise errors.KeyReusedError(found)
         if answer == steps.FULL:
-            raise QueueFullError
-        accept(record.id, answer, found, attempt)
+            raise errors.QueueFullError
+        errors.accept(record.id, answer, found, attempt)
         return record.id
 
     def get(self, job_id: str) -> JobRecord:
@@ -117,7 +111,7 @@ class Ledger:
         """
         fields = self._client.hgetall(job_keys(job_id)[0])
         if not fields:
-            raise UnknownJobError(job_id)
+            raise errors.UnknownJobError(job_id)
         return JobRecord.decoded({str(name): str(value) for name, value in fields.items()})
 
     def begin(self, job_id: str, knows: int = OPTIONS_VERSION) -> int:
@@ -154,7 +148,7 @@ class Ledger:
             "fields": {name: json.dumps(value) for name, value in fields.items()},
             "digests": sorted({file.digest for file in record.stored_files}),
         }
-        accept(record.id, *self._run(self._fetched, record.id, step))
+        errors.accept(record.id, *self._run(self._fetched, record.id, step))
 
     def fail_incomplete(self, job_id: str, error: JobError) -> None:
         """End a job whose files cannot be had; refused as :meth:`complete` is."""
@@ -173,8 +167,8 @@ class Ledger:
         step = {"id": job_id, "attempt": attempt, "progress": progress.model_dump_json()}
         answer, state, found = self._run(self._progress, job_id, step)
         if answer == steps.CANCEL_REQUESTED:
-            raise CancelRequestedError(job_id)
-        accept(job_id, answer, state, found)
+            raise errors.CancelRequestedError(job_id)
+        errors.accept(job_id, answer, state, found)
 
     def succeed(
         self,
@@ -263,7 +257,7 @@ class Ledger:
             TransitionRefusedError: it has succeeded or failed.
         """
         step = {"id": job_id, "finished": json.dumps(_now())}
-        return accept(job_id, *self._run(self._cancel, job_id, step))[0]
+        return errors.accept(job_id, *self._run(self._cancel, job_id, step))[0]
 
     def end_canceled(self, job_id: str, attempt: int) -> None:
         """End an attempt that was asked to stop; refused as :meth:`report_progress` is."""
@@ -283,7 +277,7 @@ class Ledger:
         }
         if output.state != "waiting":
             step["outcome"] = output.state
-        accept(job_id, *self._run(self._note_output, job_id, step))
+        errors.accept(job_id, *self._run(self._note_output, job_id, step))
 
     def expire(self, job_id: str) -> None:
         """Let go of all files of a job that has ended; its record stays. Repeatable.
@@ -293,7 +287,7 @@ class Ledger:
             TransitionRefusedError: it has not ended.
         """
         step = {"id": job_id, "expired": json.dumps(_now())}
-        accept(job_id, *self._run(self._expire, job_id, step))
+        errors.accept(job_id, *self._run(self._expire, job_id, step))
 
     def delete(self, job_id: str) -> list[str]:
         """Forget a job that has ended, and let go of its files; refused as :meth:`expire` is.
@@ -303,7 +297,7 @@ class Ledger:
         """
         step = json.dumps({"id": job_id})
         answer, state, attempt, doomed = self._delete([*job_keys(job_id)], [step])
-        accept(job_id, answer, state, attempt)
+        errors.accept(job_id, answer, state, attempt)
         return list(doomed)
 
     def _step(
@@ -328,7 +322,7 @@ class Ledger:
         }
         if attempt is not None:
             step["attempt"] = attempt
-        return accept(job_id, *self._run(self._transition, job_id, step))
+        return errors.accept(job_id, *self._run(self._transition, job_id, step))
 
     def _run(
         self, script: Script, job_id: str, step: Mapping[str, Any]
