@@ -14,6 +14,10 @@ from meshcone.assets.gltf.lenient import Lenient
 
 _VALUES_READ = 16_000_000  # of all animations of a file; any number of channels may name them
 
+# What a channel moves; a pointer with KHR_animation_pointer.
+_PATHS = ("translation", "rotation", "scale", "weights", "pointer")
+_INTERPOLATIONS = ("LINEAR", "STEP", "CUBICSPLINE")
+
 _SAMPLES = 33  # of a channel's course
 
 
@@ -55,9 +59,18 @@ class MotionReader:
         times, values = self._values(sampler, "input"), self._values(sampler, "output")
         interpolation = (sampler.text("interpolation") or "LINEAR")[:40]
         finite = bool(np.isfinite(times).all() and np.isfinite(values).all())
+        path = (target.text("path") or "")[:40]
+        if path not in _PATHS:
+            raise element.error("target", f"'{path}' is nothing of a node that moves")
+        if interpolation not in _INTERPOLATIONS:
+            raise sampler.error("interpolation", f"'{interpolation}' is no way to interpolate")
+        if finite and (times.min() < 0 or (np.diff(times.ravel()) <= 0).any()):
+            raise sampler.error(
+                "input", "its times are not from 0 on, each later than the one before"
+            )
         return Channel(
             node=target.reference("node", self._nodes, "node"),
-            path=(target.text("path") or "")[:40],
+            path=path,
             interpolation=interpolation,
             keys=len(times),
             first=float(times.min()) if finite else 0.0,

@@ -137,6 +137,37 @@ def test_an_animation_without_keys_is_told_and_read_as_absent(key: str) -> None:
     assert found.animations[0].channels == ()
 
 
+@pytest.mark.parametrize("times", [[0, 1, 0.5], [0, 1, 1], [-1, 0, 1]])
+def test_an_animation_whose_times_do_not_rise_from_0_is_told_and_read_as_absent(
+    times: list[float],
+) -> None:
+    document = whole()
+    sampler = document.json["animations"][0]["samplers"][0]
+    sampler["input"] = document.accessor(np.array(times, dtype="<f4")[:, None])
+
+    found = content_of(document)
+
+    assert [fault.place for fault in found.faults] == ["/animations/0/samplers/0/input"]
+    assert found.animations[0].channels == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "word", "place"),
+    [("samplers", {"interpolation": "SMOOTH"}, "interpolation"), ("channels", {}, "target")],
+)
+def test_an_animation_of_unknown_words_is_told_and_read_as_absent(
+    key: str, word: dict[str, str], place: str
+) -> None:
+    document = whole()
+    [animation] = document.json["animations"]
+    animation[key][0] |= word or {"target": {"node": 0, "path": "wobble"}}
+
+    found = content_of(document)
+
+    assert [fault.place for fault in found.faults] == [f"/animations/0/{key}/0/{place}"]
+    assert found.animations[0].channels == ()
+
+
 def test_a_cycle_of_unplaced_nodes_ends() -> None:
     document = whole()
     document.json["nodes"] += [{"children": [4]}, {"children": [3]}]
