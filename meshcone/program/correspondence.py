@@ -28,8 +28,8 @@ _REACH_FLOOR = 0.02
 # A sample this far across an open border of the source lies on what the source lacks. Nearer ones
 # bring out the borders of coarse meshes.
 _LACKING_IN_MEDIANS, _LACKING_FLOOR = 3.0, 0.1
-# A sample this far from the foot of a part that the reference lacks lies under the part.
-_UNDER_IN_MEDIANS = 3.0
+# A sample farther than both from the foot of a part that the reference lacks lies under the part.
+_UNDER_IN_MEDIANS, _UNDER_IN_EDGES = 3.0, 0.15
 
 
 def round_objective(
@@ -188,5 +188,6 @@ def _without_place(moving: Mesh, lost: Bools, on_source: ClosestPoints, median: 
     foot = np.zeros(len(lost), dtype=bool)
     foot[faces[lost[faces].any(axis=1)]] = True
     beside = foot[faces].any(axis=1).take(on_source.faces)
-    beside &= on_source.distances > _UNDER_IN_MEDIANS * median
+    near = max(_UNDER_IN_MEDIANS * median, _UNDER_IN_EDGES * float(np.mean(moving.edge_lengths)))
+    beside &= on_source.distances > near
     return np.asarray(beside | lost[faces].all(axis=1).take(on_source.faces))

@@ -85,7 +85,8 @@ class SourceStructure:
         pieces: Ints = connected_components(adjacency, directed=False)[1].astype(np.int64)
         lost = without_counterpart(source, adjacency, pieces, closest.distances, reference)
         # How far what the reference lacks is from it says nothing of noise.
-        lacking = lost | across_a_border(source.vertices, closest, reference.tree.mesh)
+        across = across_a_border(source.vertices, closest, reference.tree.mesh)
+        lacking = lost | (across & (2 * (adjacency @ across.astype(np.float64)) >= degree))
         near = np.where(lacking, 0.0, closest.distances)
         nearby = (adjacency @ near + near) / (degree + 1)
         scale = np.maximum(noise_scale * lengths / degree, 1e-12)

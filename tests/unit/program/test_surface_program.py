@@ -108,7 +108,7 @@ def test_samples_under_a_part_that_the_reference_lacks_do_not_pull_at_its_foot()
 
     assert objective.backward is not None
     targets = objective.backward.targets
-    assert not (np.abs(targets[:, :2]) < 0.15).all(axis=1).any()
+    assert not (np.abs(targets[:, :2]) < 0.12).all(axis=1).any()
     assert (np.abs(targets[:, :2]) > 0.3).any(axis=1).sum() > 100
 
 
