@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -228,10 +227,8 @@ class _Comparison:
 
     def _ends_in_unit(self, found: DistanceInterval) -> tuple[float, float]:
         """Both ends in the unit of the bound, rounded outwards."""
-        lower, upper, length = found.lower_model, found.upper_model, self._unit.length
-        if length == 1:
-            return lower, upper
-        return math.nextafter(lower / length, 0.0), math.nextafter(upper / length, math.inf)
+        unit = self._unit
+        return unit.at_least(found.lower_model), unit.at_most(found.upper_model)
 
     @property
     def _unit(self) -> Unit:

@@ -10,6 +10,7 @@ there a unit is a name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -57,6 +58,24 @@ class Unit:
 
     name: str
     length: float = 1.0
+
+    def at_most(self, distance: float) -> float:
+        """What a proven upper end is in this unit: rounded up, but for 0, which needs no rounding.
+
+        Args:
+            distance: in the unit of the files, at least 0.
+        """
+        if self.length == 1 or distance == 0:
+            return distance
+        return math.nextafter(distance / self.length, math.inf)
+
+    def at_least(self, distance: float) -> float:
+        """What a proven lower end is in this unit: rounded down.
+
+        Args:
+            distance: in the unit of the files, at least 0.
+        """
+        return distance if self.length == 1 else math.nextafter(distance / self.length, 0.0)
 
 
 def unit_for(named: str | None, *formats: str) -> Unit:

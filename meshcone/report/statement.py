@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from decimal import ROUND_CEILING, Context, Decimal
 
 from meshcone.gates.units import Unit
@@ -40,9 +39,7 @@ def within(extra: float | None, missing: float, unit: Unit) -> str:
 
 
 def _told(distance: float, unit: Unit) -> str:
-    if unit.length != 1:
-        distance = math.nextafter(distance / unit.length, math.inf)
-    return f"{rounded_up(distance)} {unit.name}"
+    return f"{rounded_up(unit.at_most(distance))} {unit.name}"
 
 
 def rounded_up(value: float) -> str:

@@ -185,3 +185,20 @@ def test_what_is_told_in_millimetres_is_verified() -> None:
     stored = MeshFile("certificate.npz", done.certificate)
     again = verify(done.report, stored, source, reference, MeshFile(done.name, done.data))
     assert again.ok, str(again)
+
+
+@pytest.mark.parametrize("unit", ["mm", "in"])
+def test_what_lies_on_its_reference_passes_a_bound_of_0_in_any_unit(unit: str) -> None:
+    gates = {"deviation.max": {"max_model": 0, "unit": unit}}
+
+    report = measure(ball("glb"), ball("glb"), options(gates))
+
+    assert only(report).status == "pass"
+    assert report.statement is not None
+    assert f"every point within 0 {unit} of the reference" in report.statement
+
+
+def test_what_is_no_0_is_rounded_outwards_into_another_unit() -> None:
+    inch = Unit("in", 0.0254)
+
+    assert inch.at_least(0.1) < 0.1 / 0.0254 < inch.at_most(0.1)
