@@ -126,7 +126,14 @@ class BatchCalls:
         self._transport.request("DELETE", batch_path(batch_id))
 
 
+def listed_labels(labels: str | Sequence[str]) -> Sequence[str]:
+    """Labels as a list; text is one label, and not one for each of its letters."""
+    return [labels] if isinstance(labels, str) else labels
+
+
 def _as_sent(part: PairRequest | BatchHeader | Mapping[str, Any]) -> Mapping[str, Any]:
     if isinstance(part, PairRequest | BatchHeader):
         return part.model_dump(mode="json", exclude_unset=True)
+    if isinstance(part.get("labels"), str):
+        return {**part, "labels": listed_labels(part["labels"])}
     return part

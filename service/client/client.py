@@ -35,7 +35,7 @@ from service.api.schemas import (
     SentFile,
     job_path,
 )
-from service.client.batches import BatchCalls
+from service.client.batches import BatchCalls, listed_labels
 from service.client.links import is_link, link_to
 from service.client.transport import Transport, parsed, parsed_object
 from worker.jobs.records import FINAL_STATES, OutputName
@@ -90,7 +90,7 @@ class Client(BatchCalls):
         source_resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
         reference_resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
         resources: Iterable[MeshFile | NamedBlob | LinkedFile] = (),
-        labels: Sequence[str] = (),
+        labels: str | Sequence[str] = (),
         webhook: str | None = None,
         outputs: Mapping[OutputName, OutputPlace] | None = None,
         idempotency_key: str | None = None,
@@ -110,7 +110,7 @@ class Client(BatchCalls):
             source_resources: further files that the source names, such as uploaded ones.
             reference_resources: further files that the reference names.
             resources: files that both name; none of them is sent for one of the two as well.
-            labels: names to find the job by.
+            labels: names to find the job by; text is one of them.
             webhook: where the service is to say that the job has ended.
             outputs: where the service is to put what the job makes, by name.
             idempotency_key: submissions of the same content with the same key make one job;
@@ -120,7 +120,7 @@ class Client(BatchCalls):
         # a multipart one even where both meshes are only named.
         parts: list[tuple[str, tuple[str | None, str | bytes]]] = [
             ("options", (None, json.dumps(options or {}))),
-            *(("label", (None, label)) for label in labels),
+            *(("label", (None, label)) for label in listed_labels(labels)),
         ]
         if webhook is not None:
             parts.append(("webhook", (None, webhook)))
