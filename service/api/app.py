@@ -25,6 +25,7 @@ from service.api.middleware.cross_origin import CrossOrigin
 from service.api.middleware.headers import SecurityHeaders
 from service.api.middleware.lingering import Lingering
 from service.api.middleware.request_log import PROBES, RequestLog
+from service.api.request_schemas import JobRequest
 from service.api.routes import (
     batches,
     blobs,
@@ -36,7 +37,6 @@ from service.api.routes import (
     results,
     submit,
 )
-from service.api.schemas import JobRequest
 from service.settings import ServiceSettings
 from worker.broker.connections import connect_async
 from worker.jobs.events import EventFeed

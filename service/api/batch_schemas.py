@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.api.schemas import JobRequest
+from service.api.request_schemas import JobRequest
 from worker.jobs.batches import BatchCounts, BatchRecord
 from worker.jobs.records import JobState, Verdict
 

@@ -149,7 +149,7 @@ def command(
 
 
 def _require_label(label: str | None) -> None:
-    from service.api.schemas import LABEL_LENGTH
+    from service.api.request_schemas import LABEL_LENGTH
 
     if label is not None and not (is_line(label) and 0 < len(label) <= LABEL_LENGTH):
         raise InputError(f"--label must be one line of up to {LABEL_LENGTH} characters")

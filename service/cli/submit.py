@@ -27,7 +27,8 @@ from service.cli.telling import tell
 
 if TYPE_CHECKING:
     from meshcone.files import MeshFile
-    from service.api.schemas import Job, LinkedFile, OutputPlace
+    from service.api.request_schemas import LinkedFile, OutputPlace
+    from service.api.schemas import Job
     from service.client import Client
     from worker.jobs.records import OutputName
 

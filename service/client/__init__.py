@@ -1,6 +1,6 @@
 """The Python client of the API."""
 
-from service.api.schemas import LinkedFile, OutputPlace
+from service.api.request_schemas import LinkedFile, OutputPlace
 from service.client.client import Client
 from service.client.transport import ServiceError
 

@@ -23,18 +23,8 @@ import httpx2
 
 from meshcone.files import MeshFile
 from meshcone.library.inputs import LoadedMesh, MeshLike, load_unread
-from service.api.schemas import (
-    JOBS_PATH,
-    Deletion,
-    Job,
-    JobList,
-    LinkedFile,
-    ListedJob,
-    NamedBlob,
-    OutputPlace,
-    SentFile,
-    job_path,
-)
+from service.api.request_schemas import LinkedFile, NamedBlob, OutputPlace
+from service.api.schemas import JOBS_PATH, Deletion, Job, JobList, ListedJob, SentFile, job_path
 from service.client.batches import BatchCalls, listed_labels
 from service.client.links import is_link, link_to
 from service.client.transport import Transport, parsed, parsed_object

@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 from pydantic import ValidationError
 
 from meshcone.errors import InputError
-from service.api.schemas import LinkedFile, OutputPlace
+from service.api.request_schemas import LinkedFile, OutputPlace
 from worker.transfers.places import last_name
 
 _SCHEMES = ("https://", "http://", "s3://")

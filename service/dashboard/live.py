@@ -11,6 +11,7 @@ from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 from pydantic import BaseModel
 
 from service.api.context import Context, ContextDependency
+from service.api.request_schemas import LABEL_LENGTH
 from service.api.routes.batches import find_batch
 from service.api.routes.events import EventsDependency, PlaceDependency
 from service.api.routes.jobs import (
@@ -21,7 +22,6 @@ from service.api.routes.jobs import (
     position_of,
 )
 from service.api.routing import HeadRouter
-from service.api.schemas import LABEL_LENGTH
 from service.api.sender import SenderDependency
 from service.api.streams import events_response
 from service.dashboard.lists import SHOWN, LiveLists, Snapshot, UnavailableError

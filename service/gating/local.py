@@ -21,7 +21,7 @@ from meshcone.lifeline import die_with_parent
 from meshcone.local_files import read_local
 from meshcone.options import Mode
 from meshcone.scratch import remove_orphans, scratch, work_in
-from service.api.schemas import LinkedFile
+from service.api.request_schemas import LinkedFile
 from service.gating.job import GateJob, judged
 from service.gating.pairs import Place, shown
 

@@ -20,7 +20,7 @@ from meshcone.local_files import files_of, read_bytes
 from meshcone.places import real
 from meshcone.suggestions import did_you_mean, first_cause, in_words
 from meshcone.text import as_text
-from service.api.schemas import LinkedFile
+from service.api.request_schemas import LinkedFile
 from service.client.links import is_link, link_to, shown_link
 
 Place = Path | LinkedFile

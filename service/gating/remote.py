@@ -14,7 +14,7 @@ from meshcone.gates.results import AssetResult, AssetView, GateRun, Judgement
 from meshcone.local_files import read_local
 from meshcone.text import as_line
 from service.api.batch_schemas import NAME_LENGTH, Batch
-from service.api.schemas import LABEL_LENGTH, LinkedFile, NamedBlob
+from service.api.request_schemas import LABEL_LENGTH, LinkedFile, NamedBlob
 from service.client.connection import connect, service_errors
 from service.gating.job import UNGATED, GateJob
 from service.gating.pairs import Place

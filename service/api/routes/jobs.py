@@ -11,8 +11,9 @@ from fastapi import BackgroundTasks, Depends, Query, Response, status
 
 from meshcone.relative_names import NAME_LENGTH
 from service.api.context import ContextDependency
+from service.api.request_schemas import LABEL_LENGTH
 from service.api.routing import Absent, ResourceRouter
-from service.api.schemas import JOBS_PATH, LABEL_LENGTH, Deletion, Job, JobList, ListedJob
+from service.api.schemas import JOBS_PATH, Deletion, Job, JobList, ListedJob
 from service.api.sender import SenderDependency
 from service.api.submission.parts import MAX_LABELS
 from service.problems import MEDIA_TYPE, ProblemError, problem

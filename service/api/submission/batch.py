@@ -15,7 +15,7 @@ from redis.exceptions import RedisError
 
 from meshcone.errors import InputError, LimitError
 from service.api.context import Context
-from service.api.schemas import NamedBlob
+from service.api.request_schemas import NamedBlob
 from service.api.submission.batch_document import BatchDocument, naming_pair
 from service.api.submission.parts import AnyFile, labels_of, webhook_of
 from service.api.submission.submission import (

@@ -13,7 +13,7 @@ from meshcone.errors import InputError, LimitError
 from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.options import Options, parse_options
 from meshcone.suggestions import first_cause, in_words
-from service.api.schemas import JobRequest
+from service.api.request_schemas import JobRequest
 from service.api.submission.parts import (
     OPTIONS_BYTES,
     RESOURCE_FIELDS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from service.api.downloads import BYTES
-from service.api.schemas import LABEL_LENGTH
+from service.api.request_schemas import LABEL_LENGTH
 from service.api.submission.parts import MAX_LABELS
 from worker.outbound.addresses import URL_LENGTH
 

@@ -13,7 +13,7 @@ from meshcone.gates.units import format_named
 from meshcone.options import Options, parse_options
 from meshcone.relative_names import NAME_LENGTH, inside
 from meshcone.text import as_line, is_line
-from service.api.schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
+from service.api.request_schemas import LABEL_LENGTH, FileByName, NamedBlob, OutputPlace
 from service.settings import ServiceSettings
 from worker.jobs.records import Output, OutputName, RemoteFile
 from worker.outbound.addresses import require_url

@@ -19,7 +19,7 @@ from meshcone.errors import InputError
 from meshcone.options import OPTIONS_VERSION, Options
 from service.api.checking.checks import MeshFiles
 from service.api.context import Context
-from service.api.schemas import NamedBlob
+from service.api.request_schemas import NamedBlob
 from service.api.submission.parts import AnyFile, SubmittedForm, Upload
 from service.problems import ProblemError, problem, queue_full
 from worker.jobs.errors import KeyReusedError, QueueFullError, UnknownJobError

@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.json_text import DuplicateNameError, parse_json
 from meshcone.options import read_options_json
 from meshcone.suggestions import first_cause, in_words
-from service.api.schemas import FileByName, OutputPlaces
+from service.api.request_schemas import FileByName, OutputPlaces
 from service.api.submission.document import read_document
 from service.api.submission.multipart import MEDIA_TYPE, read_multipart, require_utf8
 from service.api.submission.parts import (

@@ -10,7 +10,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from meshcone.errors import InputError, LimitError, MeshConeError
-from service.api.schemas import LinkedFile
+from service.api.request_schemas import LinkedFile
 from service.api.submission.document import DOCUMENT_BYTES, submission_in
 from service.api.submission.parts import named_file
 from service.settings import ServiceSettings

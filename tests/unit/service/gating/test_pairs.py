@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from meshcone.errors import InputError
-from service.api.schemas import LinkedFile
+from service.api.request_schemas import LinkedFile
 from service.gating.pairs import Pair, read_manifest, shown, single_pair
 
 TOML = """
