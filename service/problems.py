@@ -178,6 +178,13 @@ def queue_full() -> ProblemError:
     )
 
 
+def key_reused() -> ProblemError:
+    """What to raise where a key belongs to another request."""
+    return ProblemError(
+        problem("key-reused", "this Idempotency-Key belongs to a request with other content")
+    )
+
+
 def install_handlers(app: FastAPI) -> None:
     """Have every exception of the application answered with a problem."""
     app.add_exception_handler(ProblemError, _on_problem)

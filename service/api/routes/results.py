@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 from fastapi import Header, Response, status
 
-from service.api.accepting import preferred
 from service.api.context import ContextDependency
 from service.api.downloads import (
     ConditionsDependency,
@@ -16,6 +15,7 @@ from service.api.downloads import (
     file_response,
     file_responses,
 )
+from service.api.negotiation import preferred
 from service.api.routes.jobs import FoundJob
 from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH

@@ -16,15 +16,15 @@ from service.api.routes.events import EventsDependency
 from service.api.routing import Absent, ResourceRouter
 from service.api.schemas import JOBS_PATH, Job, job_path
 from service.api.sender import ClaimDependency, Sender, SenderDependency
-from service.api.submission.form import SUBMISSION_FORM
-from service.api.submission.parts import SubmittedForm
-from service.api.submission.submission import (
+from service.api.submission.acceptance import (
     accept,
     check_meshes,
     gather,
     made_before,
     require_signable,
 )
+from service.api.submission.form import SUBMISSION_FORM
+from service.api.submission.parts import SubmittedForm
 from service.api.submission.uploads import read_form
 from service.problems import ProblemError, problem
 from worker.jobs.errors import UnknownJobError

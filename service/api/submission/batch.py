@@ -16,26 +16,20 @@ from redis.exceptions import RedisError
 from meshcone.errors import InputError, LimitError
 from service.api.context import Context
 from service.api.request_schemas import NamedBlob
-from service.api.submission.batch_document import BatchDocument, naming_pair
-from service.api.submission.parts import AnyFile, labels_of, webhook_of
-from service.api.submission.submission import (
+from service.api.submission.acceptance import (
     KEY_REMEMBERED,
-    IncomingFile,
-    gathered,
-    key_reused,
+    refusals,
     require_signable,
     size_of_blob,
     with_accounts,
 )
-from service.problems import ProblemError, problem, queue_full
+from service.api.submission.batch_document import BatchDocument, naming_pair
+from service.api.submission.parts import AnyFile, labels_of, webhook_of
+from service.api.submission.submission import IncomingFile, gathered
+from service.problems import ProblemError, key_reused, problem, queue_full
 from service.settings import ServiceSettings
 from worker.jobs.batches import BatchRecord
-from worker.jobs.errors import (
-    KeyReusedError,
-    QueueFullError,
-    StagedJobsLostError,
-    UnknownBatchError,
-)
+from worker.jobs.errors import StagedJobsLostError, UnknownBatchError
 from worker.jobs.idempotency import BoundKey, Claim
 from worker.jobs.identifiers import ids_in_order, new_job_id
 from worker.jobs.records import JobRecord, RemoteFile, StoredFile
@@ -144,11 +138,8 @@ def _commit(
     if claim is not None:
         key = BoundKey(claim.place, document.fingerprint, KEY_REMEMBERED)
     try:
-        found = context.batches.commit(batch, capacity=context.settings.queue_capacity, key=key)
-    except QueueFullError:
-        raise queue_full() from None
-    except KeyReusedError:
-        raise key_reused() from None
+        with refusals():
+            found = context.batches.commit(batch, capacity=context.settings.queue_capacity, key=key)
     except StagedJobsLostError:
         raise ProblemError(
             problem("unavailable", "the batch could not be taken in fast enough; send it again"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.api.accepting import preferred
+from service.api.negotiation import preferred
 
 JSON, CSV = "application/json", "text/csv"
 
