@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from meshcone.errors import InputError
+from meshcone.places import is_there
 from meshcone.text import is_line
 from service.cli.arguments import Assignments, Per, options_from
 from service.cli.boundary import BAD_INPUT, INTERNAL
@@ -139,13 +140,24 @@ def command(
     work = _jobs(pairs, choice, options, refine, outputs.viewed, label)
     if not outputs.viewed:
         work = [job.at_least_cost() for job in work]
+    if manifest is not None:
+        _tell_absent(paths or [])
     if not work:
+        from meshcone.gates.results import GateRun
+
+        outputs.write(GateRun.of([], label))  # those of a run before are not this one's
         typer.echo("no pair has one of these files")
         return 0
     run = _run(work, server, jobs or os.cpu_count() or 1)
     outputs.write(run)
     show_run(run)
     return exit_code_of(run)
+
+
+def _tell_absent(paths: list[Path]) -> None:
+    for path in paths:
+        if not is_there(path):
+            tell(f"warning        {path}: is not there: removed, or mistyped", err=True)
 
 
 def _require_label(label: str | None) -> None:

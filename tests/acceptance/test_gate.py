@@ -167,6 +167,23 @@ def test_only_pairs_with_a_changed_file_are_gated(assets: Path) -> None:
     assert (none.returncode, none.stdout) == (0, "no pair has one of these files\n")
 
 
+def test_where_no_pair_has_a_changed_file_no_report_of_an_earlier_run_stays(
+    assets: Path, tmp_path: Path
+) -> None:
+    reports = [tmp_path / name for name in ("a.json", "a.xml", "a.sarif", "a.html", "a.md")]
+    for report in reports:
+        report.write_text("of an earlier run")
+    kinds = ("--json", "--junit", "--sarif", "--html", "--markdown")
+    options = [word for pair in zip(kinds, map(str, reports), strict=True) for word in pair]
+
+    finished = gate_all(assets, *options, "props/mistyped.obj")
+
+    assert finished.returncode == 0
+    assert "props/mistyped.obj: is not there" in finished.stderr
+    assert json.loads(reports[0].read_bytes())["assets"] == []
+    assert not [each for each in reports if each.read_text() == "of an earlier run"]
+
+
 def test_a_chain_is_gated_level_by_level(tmp_path: Path) -> None:
     for level, detail in enumerate((4, 3, 2, 1)):
         ball = shapes.obj(*shapes.sphere(detail))
