@@ -41,6 +41,14 @@ def meshcone(directory: Path, *arguments: str | Path, **variables: str) -> Finis
     return Finished(["meshcone", *words], code, out, err)
 
 
+def assert_refused(finished: Finished, said: str, code: int = 2) -> None:
+    """It has ended with a code and one line that says so."""
+    assert finished.returncode == code
+    assert said in finished.stderr
+    assert finished.stderr.startswith("meshcone: ")
+    assert finished.stderr.count("\n") == 1
+
+
 class _Parent:
     """The process that commands are forked from, one at a time; it ends with this one."""
 

@@ -16,15 +16,15 @@ import re
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from http.server import SimpleHTTPRequestHandler
 from pathlib import Path
 from typing import Self
 
+from tests.listening import Silent, listening
 from tests.serving import starting
 
 MAKER = Path(__file__).parents[1] / "examples" / "make_files.py"
@@ -163,7 +163,9 @@ class Shell:
     def _start(self, server: str, assignments: str) -> list[str]:
         shown = ADDRESSES[server]
         if server == FILE_SERVER:
-            address = self._stack.enter_context(_files_served(self._directory))
+            address = self._stack.enter_context(
+                listening(partial(_Files, directory=str(self._directory)))
+            )
             said = "Serving HTTP on 127.0.0.1 port 8001 (http://127.0.0.1:8001/) ..."
         else:
             files = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
@@ -175,23 +177,8 @@ class Shell:
         return [said]
 
 
-@contextmanager
-def _files_served(directory: Path) -> Iterator[str]:
-    """Python's own file server, in a directory; where it listens."""
-    handler = partial(_Quiet, directory=str(directory))
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=[0.05])
-        thread.start()
-        try:
-            yield f"127.0.0.1:{server.server_port}"
-        finally:
-            server.shutdown()
-            thread.join()
-
-
-class _Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_arguments: object) -> None:
-        pass
+class _Files(Silent, SimpleHTTPRequestHandler):
+    """Python's own file server."""
 
 
 @contextmanager

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.acceptance.test_command_line import assert_refused
-from tests.commands import meshcone
+from tests.commands import assert_refused, meshcone
 from tests.whole_asset import whole
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,9 @@ from redis import Redis
 
 from tests.integration.file_server import FileServer, file_server
 from tests.integration.jobs import make_job
+from tests.integration.receiver import Receiver, receiving
+from tests.integration.telling import Deliver, telling
+from tests.integration.transferring import Transfer, transferring
 from worker.broker.connections import connect_bytes, connect_text
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.batches import Batches
@@ -71,6 +75,25 @@ def server() -> Iterator[FileServer]:
     """A server of files on this machine."""
     with file_server() as started:
         yield started
+
+
+@pytest.fixture
+def transfer(settings: WorkerSettings) -> Transfer:
+    """Runs the process that moves files while a block is worked through."""
+    return partial(transferring, settings)
+
+
+@pytest.fixture
+def receiver() -> Iterator[Receiver]:
+    """A server that receives webhooks."""
+    with receiving() as started:
+        yield started
+
+
+@pytest.fixture
+def deliver(broker: EmbeddedBroker, tmp_path: Path) -> Deliver:
+    """Runs the process that delivers webhooks while a block is worked through."""
+    return partial(telling, broker, tmp_path)
 
 
 @pytest.fixture

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from typing import ClassVar
+
+from tests.listening import Silent, listening
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def file_server() -> Iterator[FileServer]:
     """Listen on a free port of this machine while the body runs."""
     server = FileServer()
 
-    class Handler(BaseHTTPRequestHandler):
+    class Handler(Silent, BaseHTTPRequestHandler):
         protocol_version: ClassVar[str] = "HTTP/1.1"
 
         def do_GET(self) -> None:
@@ -101,19 +102,9 @@ def file_server() -> Iterator[FileServer]:
                 _send(self.wfile.write, answer)
             self.close_connection = True
 
-        def log_message(self, *_arguments: object) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as http:
-        http.daemon_threads = True
-        server.url = f"http://127.0.0.1:{http.server_port}"
-        thread = threading.Thread(target=http.serve_forever, args=[0.05])
-        thread.start()
-        try:
-            yield server
-        finally:
-            http.shutdown()
-            thread.join()
+    with listening(Handler) as address:
+        server.url = f"http://{address}"
+        yield server
 
 
 def _send(write: Callable[[bytes], object], answer: Answer) -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from typing import Any
 
 import httpx2
@@ -19,6 +18,7 @@ from service.client import Client, ServiceError
 from service.client.connection import connect
 from service.problems import problem
 from tests.integration.jobs import make_job
+from tests.listening import Silent, listening
 
 MESH = MeshFile("mug.obj", b"v 0 0 0\n", {"mug.mtl": b"newmtl mug\n"})
 
@@ -46,7 +46,7 @@ class Script:
 def script() -> Iterator[Script]:
     scripted = Script()
 
-    class Handler(BaseHTTPRequestHandler):
+    class Handler(Silent, BaseHTTPRequestHandler):
         def answer(self) -> None:
             body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
             headers = {name.lower(): value for name, value in self.headers.items()}
@@ -64,16 +64,9 @@ def script() -> Iterator[Script]:
 
         do_GET = do_POST = do_PUT = do_HEAD = do_DELETE = answer
 
-        def log_message(self, *_arguments: object) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        scripted.url = f"http://127.0.0.1:{server.server_port}"
-        thread = threading.Thread(target=server.serve_forever, args=[0.05])
-        thread.start()
+    with listening(Handler) as address:
+        scripted.url = f"http://{address}"
         yield scripted
-        server.shutdown()
-        thread.join()
 
 
 @pytest.fixture

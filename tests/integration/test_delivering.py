@@ -5,10 +5,6 @@ from __future__ import annotations
 import asyncio
 import io
 import json
-import subprocess
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from functools import partial
 
 import pytest
 from redis import Redis
@@ -17,31 +13,23 @@ from meshcone.errors import InputError
 from tests.integration.file_server import Answer, FileServer, file_server
 from tests.integration.jobs import make_job
 from tests.integration.object_store import object_store
-from tests.integration.transferring import transferring
+from tests.integration.transferring import Transfer
 from tests.integration.waiting import wait_for
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import DELIVERIES, DELIVERY_TRIES
 from worker.jobs.records import Artifact, JobRecord, Output
-from worker.settings import WorkerSettings
 from worker.storage.blobs import BlobStore
 from worker.transfers.buckets import Buckets
 from worker.transfers.budget import Budget
 
 REPORT = b'{"mode": "refine"}' * 50_000
 
-Transfer = Callable[..., AbstractContextManager["subprocess.Popen[bytes]"]]
-
 
 @pytest.fixture
 def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
     """One for each test: what is due in one is delivered in no other."""
     return own_broker
-
-
-@pytest.fixture
-def transfer(settings: WorkerSettings) -> Transfer:
-    return partial(transferring, settings)
 
 
 def ended_job(ledger: Ledger, blobs: BlobStore, **outputs: Output) -> JobRecord:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import gzip
 import json
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 
 import httpx2
@@ -21,6 +20,7 @@ from service.api.schemas import Job
 from service.client import Client
 from service.stack import Stack
 from tests.integration.waiting import wait_for
+from tests.listening import Silent, listening
 from worker.settings import WorkerSettings
 
 REQUEST_ID = "release-build-7"
@@ -51,7 +51,7 @@ class Collector:
 def collector() -> Iterator[Collector]:
     collected = Collector()
 
-    class Handler(BaseHTTPRequestHandler):
+    class Handler(Silent, BaseHTTPRequestHandler):
         def do_POST(self) -> None:
             body = self.rfile.read(int(self.headers["Content-Length"]))
             packed = self.headers.get("Content-Encoding") == "gzip"
@@ -60,16 +60,9 @@ def collector() -> Iterator[Collector]:
             self.send_header("Content-Length", "0")
             self.end_headers()
 
-        def log_message(self, *_arguments: object) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        collected.url = f"http://127.0.0.1:{server.server_port}"
-        thread = threading.Thread(target=server.serve_forever, args=[0.05])
-        thread.start()
+    with listening(Handler) as address:
+        collected.url = f"http://{address}"
         yield collected
-        server.shutdown()
-        thread.join()
 
 
 @pytest.fixture(scope="module")

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-import base64
 import json
-import os
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import pytest
@@ -19,74 +12,19 @@ from standardwebhooks import Webhook
 from service.access.keys import KeyStore
 from tests.integration.jobs import make_job
 from tests.integration.receiver import Receiver, receiving
+from tests.integration.telling import SECRET, Deliver, ended_job, is_settled, log_lines
 from tests.integration.waiting import wait_for
-from worker.broker.connections import connect_async
 from worker.broker.embedded import EmbeddedBroker
 from worker.jobs.ledger import Ledger
 from worker.jobs.ledger_keys import WEBHOOKS
-from worker.jobs.outbox import KEPT
-from worker.jobs.records import JobRecord
-from worker.webhooks.schedule import DUE, MESSAGES, TRIES, Schedule
+from worker.webhooks.schedule import DUE, TRIES
 from worker.webhooks.signing import SECRETS
-
-SECRET = "whsec_" + base64.b64encode(bytes(range(32))).decode()
-
-Deliver = Callable[..., AbstractContextManager["subprocess.Popen[bytes]"]]
 
 
 @pytest.fixture
 def broker(own_broker: EmbeddedBroker) -> EmbeddedBroker:
     """One for each test: a message left by one would be delivered in the next."""
     return own_broker
-
-
-@pytest.fixture
-def receiver() -> Iterator[Receiver]:
-    with receiving() as started:
-        yield started
-
-
-@pytest.fixture
-def deliver(broker: EmbeddedBroker, tmp_path: Path) -> Deliver:
-    """Runs the delivery process while a block is worked through."""
-
-    @contextmanager
-    def run(**settings: str) -> Iterator[subprocess.Popen[bytes]]:
-        environment = {
-            **os.environ,
-            "MESHCONE_REDIS_URL": broker.url,
-            "MESHCONE_WEBHOOK_SECRET": SECRET,
-            "MESHCONE_WEBHOOK_PRIVATE_ADDRESSES": "true",
-            "MESHCONE_WEBHOOK_FIRST_DELAY": "0.05",
-            "MESHCONE_WEBHOOK_TIMEOUT": "2",
-            **settings,
-        }
-        command = [sys.executable, "-m", "service.cli", "webhooks"]
-        with (tmp_path / "webhooks.log").open("ab") as log:
-            process = subprocess.Popen(command, env=environment, stderr=log)
-        try:
-            yield process
-        finally:
-            process.terminate()
-            assert process.wait(240) in (0, -9)
-
-    return run
-
-
-def log_lines(tmp_path: Path) -> list[dict[str, object]]:
-    return [json.loads(line) for line in (tmp_path / "webhooks.log").read_text().splitlines()]
-
-
-def ended_job(ledger: Ledger, url: str, owner: str | None = None) -> JobRecord:
-    record = make_job().model_copy(update={"webhook": url, "owner": owner, "labels": ("nightly",)})
-    ledger.create(record)
-    attempt = ledger.begin(record.id)
-    ledger.succeed(record.id, attempt, {})
-    return record
-
-
-def is_settled(redis: Redis) -> bool:
-    return redis.xlen(WEBHOOKS) == 0 and not redis.exists(DUE, MESSAGES, TRIES)
 
 
 def test_the_end_of_a_job_is_told_once_and_signed(
@@ -291,75 +229,3 @@ def test_a_message_that_ends_every_process_is_given_up(
 
     assert receiver.received == []
     assert log_lines(tmp_path)[-1]["reason"] == "no attempt came to its end"
-
-
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"labels":"[]","milliseconds":1e300}'])
-def test_a_message_that_cannot_be_read_is_dropped_and_stops_no_other(
-    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, text: str
-) -> None:
-    redis.hset(MESSAGES, "broken", text)
-    redis.zadd(DUE, {"broken": 0})
-    ended_job(ledger, receiver.url)
-
-    with deliver():
-        receiver.wait_for(1)
-        wait_for(lambda: is_settled(redis))
-
-    assert ledger.index.counters()["webhooks:dropped"] == 1
-
-
-def test_an_entry_of_an_older_version_is_looked_up_or_dropped_in_words(
-    ledger: Ledger, redis: Redis, receiver: Receiver, deliver: Deliver, tmp_path: Path
-) -> None:
-    kept, deleted = (ended_job(ledger, receiver.url) for _ in range(2))
-    ledger.delete(deleted.id)
-    redis.delete(WEBHOOKS)
-    for record in (deleted, kept):
-        for state, attempt in (("queued", 0), ("running", 1), ("succeeded", 1)):
-            entry = {"job": record.id, "state": state, "attempt": attempt}
-            redis.xadd(WEBHOOKS, {name: str(value) for name, value in entry.items()})
-    redis.xadd(WEBHOOKS, {"what": "is this"})
-
-    with deliver():
-        receiver.wait_for(1)
-        wait_for(lambda: is_settled(redis))
-
-    [(headers, body)] = receiver.received
-    assert Webhook(SECRET).verify(body, headers)["data"]["id"] == kept.id
-    assert headers["webhook-id"] == f"{kept.id}_succeeded_1"
-    dropped = [line for line in log_lines(tmp_path) if line["event"] == "webhook dropped"]
-    assert dropped[0]["reason"] == f"{deleted.id}: its job has been deleted"
-    assert len(dropped) == 2
-    assert ledger.index.counters()["webhooks:dropped"] == 2
-
-
-def test_what_falls_out_of_a_full_outbox_is_counted(ledger: Ledger, redis: Redis) -> None:
-    with redis.pipeline(transaction=False) as pipeline:
-        for _ in range(KEPT):
-            pipeline.xadd(WEBHOOKS, {"job": "old", "state": "succeeded", "attempt": "1"})
-        pipeline.execute()
-
-    record = ended_job(ledger, "https://example.org/hook")
-
-    assert redis.xlen(WEBHOOKS) == KEPT
-    assert redis.xrevrange(WEBHOOKS, count=1)[0][1]["job"] == record.id
-    assert ledger.index.counters()["webhooks:dropped"] == 1
-
-
-def test_of_too_many_those_go_first_that_are_tried_again_last(
-    broker: EmbeddedBroker, ledger: Ledger, redis: Redis
-) -> None:
-    later = 4e9  # seconds
-    redis.zadd(DUE, {f"waits-{number}": later + number for number in range(KEPT)})
-    record = ended_job(ledger, "https://example.org/hook")
-
-    async def collect() -> None:
-        async with connect_async(broker.url) as client:
-            await Schedule(client).collect()
-
-    asyncio.run(collect())
-
-    assert redis.zcard(DUE) == KEPT
-    assert redis.zscore(DUE, f"{record.id}_succeeded_1") is not None
-    assert redis.zscore(DUE, f"waits-{KEPT - 1}") is None
-    assert ledger.index.counters()["webhooks:dropped"] == 1

@@ -13,7 +13,7 @@ from meshcone.errors import InputError
 from meshcone.files import MeshFile
 from meshcone.surface import Subdivision
 from meshcone.surface.charts import Charts
-from tests.unit.certificate.test_division import FEW, lines
+from tests.unit.certificate.dividing import FEW, lines
 from tests.unit.engine.evidence import Evidence
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from meshcone.files import MeshFile
+from meshcone.gates.judge import judge
+from meshcone.gates.records import GateCheck
+from meshcone.gates.rules import GateRule
 from meshcone.options import QualityOptions, parse_options
-from meshcone.report.report import MeasureReport, Report
+from meshcone.report.report import AnyReport, MeasureReport, Report
 from meshcone.verbs.measure import measure
 from meshcone.verbs.refine import refine
 from tests import shapes
@@ -40,3 +43,9 @@ def refined() -> Report:
     source = MeshFile("rough.obj", shapes.obj(shapes.noisy(vertices), faces))
     options = parse_options({"effort": "fast"}).model_copy(update={"quality": QUICK})
     return refine(source, reference(), options).report
+
+
+def check(report: AnyReport, key: str, **rule: object) -> GateCheck:
+    """What the only bound of a rule says of a report."""
+    [only] = judge(report, {key: GateRule.model_validate(rule)}).checks
+    return only
