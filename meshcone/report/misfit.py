@@ -29,8 +29,9 @@ _EXPLAINED = 0.15
 # times their distances, as along thin parts, where the closest points say nothing of it; and by
 # this share of the radius, as less is small beside what a mesh shows.
 _MOVED_IN_DISTANCES, _MOVED_FLOOR = 2.5, 0.02
-# Searching takes seconds: only pairs whose centres or second moments differ by this are searched.
-_MOMENTS_APART = 0.02
+# Searching takes seconds: only pairs whose centres or second moments differ by this are searched,
+# and by no more than this share of it in what no motion changes, as noise has it.
+_MOMENTS_APART, _OF_SHAPE = 0.02, 0.5
 # A motion can explain the distance of shapes alone whose principal extents agree this well.
 _SAME_SHAPE = 0.1
 # Extents that differ by less than this factor ask for a motion that keeps the size.
@@ -96,8 +97,9 @@ def _may_be_moved(source: Mesh, reference: Mesh, least: float) -> bool:
         apart = row_lengths(source.vertices[used] - reference.vertices[used])
         return float(apart.mean()) >= least
     (centre, spread), (other, others) = (_moments(mesh) for mesh in (source, reference))
-    offsets = np.linalg.norm(centre - other), np.linalg.norm(spread - others)
-    return float(max(offsets)) >= _MOMENTS_APART
+    offset = float(max(np.linalg.norm(centre - other), np.linalg.norm(spread - others)))
+    of_shape = np.linalg.norm(np.linalg.eigvalsh(spread) - np.linalg.eigvalsh(others))
+    return bool(offset >= _MOMENTS_APART and of_shape <= _OF_SHAPE * offset)
 
 
 def _moments(mesh: Mesh) -> tuple[Floats, Floats]:
